@@ -1,0 +1,151 @@
+// The contract of every codec: what it tells about itself, how it encodes, and what its decoder can do.
+//
+// A codec turns a volume source into a payload; the container (container.hpp) puts an envelope around it that names codec,
+// version, parameters, extent and type and carries the checksum, so that a file decodes without further knowledge.
+// Codecs hold no state: one constant object of each lives in the registry. They know no Vulkan, no YAML and no clock, and they
+// never print. Encoding gives the same bytes for any number of threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "codecs/parameters.hpp"
+#include "volumes/error.hpp"
+#include "volumes/source.hpp"
+#include "volumes/volume.hpp"
+
+namespace cvr::codecs {
+
+using volumes::Buffer;
+using volumes::Coordinate;
+using volumes::Error;
+using volumes::ErrorCode;
+using volumes::Expected;
+using volumes::Extent;
+using volumes::fail;
+using volumes::SlabSink;
+using volumes::Volume;
+using volumes::VolumeInfo;
+using volumes::VolumeKind;
+using volumes::VolumeSource;
+using volumes::VoxelType;
+
+/// The smallest part of a volume that can be decoded without decoding more.
+enum class Granularity : std::uint8_t { kVolume, kBrick, kBlock, kVoxel };
+std::string_view name_of(Granularity granularity);
+
+struct Traits {
+  std::string_view id;           ///< fixed identifier, for instance "csgvr-sb"
+  std::uint32_t version;         ///< of the payload format; a decoder refuses others
+  std::string_view family;       ///< "general", "neuroglancer", "compresso", "csgv", "csgvr"
+  std::string_view summary;      ///< one line for lists
+  bool lossless;
+  std::vector<VoxelType> types;  ///< accepted voxel types
+  Granularity access;
+  bool levels_of_detail;         ///< decodes coarser levels without the finer ones
+  bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
+};
+
+/// What the bytes of an encoded file are for.
+enum class ByteClass : std::uint8_t {
+  kHeader,      ///< envelope and per-brick or per-block headers
+  kIndex,       ///< brick start tables, chunk tables, offsets
+  kOperations,  ///< operation streams, wavelet matrices, palette indices: what is said of each voxel
+  kStopBits,
+  kRank,     ///< rank structures
+  kPalette,  ///< labels
+  kTables,   ///< frequency tables, label remap tables, window dictionaries
+  kData,     ///< the opaque output of a general-purpose compressor
+  kPadding,
+};
+inline constexpr std::size_t kByteClasses = 9;
+std::string_view name_of(ByteClass byte_class);
+
+/// Bytes by use; the sum is the size of the encoded file exactly.
+class ByteBreakdown {
+ public:
+  std::uint64_t& operator[](ByteClass c) { return bytes_[static_cast<std::size_t>(c)]; }
+  std::uint64_t operator[](ByteClass c) const { return bytes_[static_cast<std::size_t>(c)]; }
+  ByteBreakdown& operator+=(const ByteBreakdown& other) {
+    for (std::size_t i = 0; i < kByteClasses; ++i) bytes_[i] += other.bytes_[i];
+    return *this;
+  }
+  std::uint64_t total() const {
+    std::uint64_t sum = 0;
+    for (const std::uint64_t n : bytes_) sum += n;
+    return sum;
+  }
+
+ private:
+  std::array<std::uint64_t, kByteClasses> bytes_{};
+};
+
+/// A codec's own bytes, without the envelope.
+struct Payload {
+  Buffer bytes;
+  ByteBreakdown breakdown;        ///< sums to bytes.size()
+  std::uint64_t published_bytes;  ///< by the accounting of the papers' tables, for instance bricks + start table
+};
+
+/// What a decoder is opened on: the facts of the envelope and a view of the payload, which must outlive the decoder.
+struct Stream {
+  VolumeInfo info;
+  Parameters parameters;
+  std::span<const std::byte> payload;
+};
+
+/// Optional facet: the label of single voxels without decoding their brick.
+class VoxelAccess {
+ public:
+  virtual ~VoxelAccess() = default;
+  /// labels[i] = label of the level-`lod` node that contains the finest voxel points[i] (0 = finest level).
+  /// Every point must lie inside the extent of the volume. One virtual call for many points: this loop is what is timed.
+  virtual Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const = 0;
+};
+
+/// Optional facet: single bricks, decoded alone.
+class BrickAccess {
+ public:
+  virtual ~BrickAccess() = default;
+  virtual Extent brick_size() const = 0;  ///< at the finest level
+  virtual Extent brick_grid() const = 0;  ///< bricks along each axis, x fastest
+  /// Writes the labels of a brick at a level to `out`, x fastest, in the volume's type. The brick's extent at that level is
+  /// ceil(brick_size / 2^lod), cut at the volume's level extent (level_extent).
+  virtual Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const = 0;
+};
+
+/// Opened on one stream; thread-safe for concurrent const calls.
+class Decoder {
+ public:
+  virtual ~Decoder() = default;
+  /// Levels of detail that can be decoded; 1 = only the finest.
+  virtual unsigned levels() const { return 1; }
+  /// Delivers the whole level `lod` < levels() in slabs of ascending z, in the volume's voxel type.
+  virtual Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const = 0;
+  virtual const VoxelAccess* voxel_access() const { return nullptr; }
+  virtual const BrickAccess* brick_access() const { return nullptr; }
+};
+
+class Codec {
+ public:
+  virtual ~Codec() = default;
+  virtual const Traits& traits() const = 0;
+  virtual std::span<const ParameterSpec> parameters() const = 0;
+  /// `source.info().type` is one of traits().types and the extent is not empty (the container checks both).
+  virtual Expected<Payload> encode(const VolumeSource& source, const Parameters& parameters, unsigned threads) const = 0;
+  /// Checks everything that later calls rely on: after success no call of the decoder reads outside the payload, whatever
+  /// the bytes are.
+  virtual Expected<std::unique_ptr<Decoder>> open(const Stream& stream) const = 0;
+};
+
+/// Extent of level `lod`: ceil(extent / 2^lod), at least 1 an axis.
+Extent level_extent(const Extent& finest, unsigned lod);
+/// Info of the decoded level: extent shrunk, voxel size grown.
+VolumeInfo level_info(const VolumeInfo& finest, unsigned lod);
+
+}  // namespace cvr::codecs

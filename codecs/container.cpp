@@ -1,0 +1,192 @@
+#include "codecs/container.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include "codecs/bytes.hpp"
+#include "codecs/registry.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+constexpr std::string_view kMagic = "CVRBENCH";
+constexpr std::uint32_t kContainerVersion = 1;
+constexpr std::size_t kHeaderHashOffset = 32;
+constexpr std::size_t kFixedHeaderBytes = 96;
+constexpr std::uint64_t kMaxAxis = std::uint64_t{1} << 40;
+constexpr std::uint64_t kMaxVoxels = std::uint64_t{1} << 50;
+
+std::uint64_t header_hash(std::span<const std::byte> header) {
+  Buffer copy;
+  copy.append(header);
+  std::fill_n(copy.data() + kHeaderHashOffset, 8, std::byte{0});
+  return XXH3_64bits(copy.data(), copy.size());
+}
+
+Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters& parameters, const Buffer& payload) {
+  ByteWriter out;
+  out.text(kMagic);
+  out.put(kContainerVersion);
+  const std::size_t size_at = out.size();
+  out.put(std::uint32_t{0});
+  out.put(static_cast<std::uint64_t>(payload.size()));
+  out.put(static_cast<std::uint64_t>(XXH3_64bits(payload.data(), payload.size())));
+  out.put(std::uint64_t{0});
+  out.put(codec.traits().version);
+  out.put(static_cast<std::uint8_t>(info.type));
+  out.put(static_cast<std::uint8_t>(info.kind));
+  out.put(std::uint16_t{0});
+  for (const std::uint64_t n : {info.extent.x, info.extent.y, info.extent.z}) out.put(n);
+  for (const double size : info.voxel_size) out.put(size);
+  for (const std::string_view text : {codec.traits().id, std::string_view(parameters.canonical()), std::string_view(info.voxel_unit)}) {
+    out.put(narrow<std::uint16_t>(text.size()));
+    out.text(text);
+  }
+  out.align(8);
+  Buffer header = out.take();
+  const auto size = narrow<std::uint32_t>(header.size());
+  std::memcpy(header.data() + size_at, &size, sizeof size);
+  const std::uint64_t hash = header_hash(header.bytes());
+  std::memcpy(header.data() + kHeaderHashOffset, &hash, sizeof hash);
+  return header;
+}
+
+Expected<void> check_encodable(const Codec& codec, const VolumeInfo& info) {
+  const Traits& traits = codec.traits();
+  if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
+    return fail(ErrorCode::kUnsupported, fmt::format("codec {} does not accept voxels of type {}", traits.id, name_of(info.type)));
+  }
+  const Extent& e = info.extent;
+  if (e.x == 0 || e.y == 0 || e.z == 0) return fail(ErrorCode::kBadArgument, "the volume is empty: " + to_string(e));
+  if (e.x > kMaxAxis || e.y > kMaxAxis || e.z > kMaxAxis || e.x > kMaxVoxels / e.y || e.x * e.y > kMaxVoxels / e.z) {
+    return fail(ErrorCode::kTooLarge, "the volume exceeds 2^40 voxels an axis or 2^50 voxels: " + to_string(e));
+  }
+  return {};
+}
+
+/// Throws the slabs away.
+class NullSink final : public SlabSink {
+ public:
+  explicit NullSink(const VolumeInfo& info) : info_(info) {}
+  std::uint64_t preferred_depth() const override { return 1; }
+  std::byte* begin(std::uint64_t z0, std::uint64_t z1) override {
+    slab_.resize((z1 - z0) * info_.extent.x * info_.extent.y * size_of(info_.type));
+    return slab_.data();
+  }
+  void end(std::uint64_t, std::uint64_t) override {}
+
+ private:
+  VolumeInfo info_;
+  Buffer slab_;
+};
+
+}  // namespace
+
+Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const Parameters& parameters, unsigned threads) {
+  const VolumeInfo& info = source.info();
+  if (auto ok = check_encodable(codec, info); !ok) return tl::unexpected(ok.error());
+  auto payload = codec.encode(source, parameters, threads);
+  if (!payload) return tl::unexpected(payload.error());
+  const Buffer header = make_header(codec, info, parameters, payload->bytes);
+  // The header goes in front of the payload in the same block: a second copy of the payload would double the memory.
+  Encoded encoded{std::move(payload->bytes), payload->breakdown, payload->published_bytes};
+  const std::size_t payload_size = encoded.bytes.size();
+  encoded.bytes.reserve(payload_size + header.size());
+  encoded.bytes.resize(payload_size + header.size());
+  if (payload_size > 0) std::memmove(encoded.bytes.data() + header.size(), encoded.bytes.data(), payload_size);
+  std::memcpy(encoded.bytes.data(), header.data(), header.size());
+  encoded.breakdown[ByteClass::kHeader] += header.size();
+  return encoded;
+}
+
+Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
+  ByteReader in(bytes);
+  if (bytes.size() < kFixedHeaderBytes) {
+    return fail(ErrorCode::kTruncated,
+                fmt::format("expected a header of at least {} bytes, found {}", kFixedHeaderBytes, bytes.size()));
+  }
+  if (in.text(kMagic.size()) != kMagic) return fail(ErrorCode::kMalformed, "offset 0: expected the magic 'CVRBENCH'");
+  const auto container_version = in.get<std::uint32_t>();
+  if (container_version != kContainerVersion) {
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("offset 8: expected container version {}, found {}", kContainerVersion, container_version));
+  }
+  const auto header_size = in.get<std::uint32_t>();
+  const auto payload_size = in.get<std::uint64_t>();
+  if (header_size < kFixedHeaderBytes || header_size > bytes.size() || payload_size != bytes.size() - header_size) {
+    return fail(ErrorCode::kTruncated, fmt::format("offset 12: header of {} and payload of {} bytes announced, the file has {}",
+                                                   header_size, payload_size, bytes.size()));
+  }
+  const auto header = bytes.first(header_size);
+  const auto payload = bytes.subspan(header_size);
+  const auto payload_hash = in.get<std::uint64_t>();
+  if (in.get<std::uint64_t>() != header_hash(header)) {
+    return fail(ErrorCode::kChecksum, "offset 32: the header's checksum does not match");
+  }
+  if (payload_hash != XXH3_64bits(payload.data(), payload.size())) {
+    return fail(ErrorCode::kChecksum, "offset 24: the payload's checksum does not match");
+  }
+  const auto codec_version = in.get<std::uint32_t>();
+  const auto type = in.get<std::uint8_t>();
+  const auto kind = in.get<std::uint8_t>();
+  in.get<std::uint16_t>();
+  VolumeInfo info;
+  info.extent = {in.get<std::uint64_t>(), in.get<std::uint64_t>(), in.get<std::uint64_t>()};
+  for (double& size : info.voxel_size) size = in.get<double>();
+  std::array<std::string, 3> texts;
+  for (std::string& text : texts) {
+    const auto length = in.get<std::uint16_t>();
+    text = in.text(length);
+  }
+  if (in.failed() || in.position() > header_size) return fail(ErrorCode::kMalformed, "offset 96: a string leaves the header");
+  const Codec* codec = find_codec(texts[0]);
+  if (codec == nullptr) return fail(ErrorCode::kUnsupported, fmt::format("offset 98: unknown codec '{}'", texts[0]));
+  if (codec_version != codec->traits().version) {
+    return fail(ErrorCode::kUnsupported, fmt::format("offset 40: expected version {} of {}, found {}",
+                                                     codec->traits().version, texts[0], codec_version));
+  }
+  if (type >= volumes::kVoxelTypes.size() || kind > 1) return fail(ErrorCode::kMalformed, "offset 44: unknown voxel type or kind");
+  info.type = static_cast<VoxelType>(type);
+  info.kind = static_cast<VolumeKind>(kind);
+  info.voxel_unit = texts[2];
+  if (auto ok = check_encodable(*codec, info); !ok) return tl::unexpected(ok.error());
+  auto parameters = Parameters::parse(codec->parameters(), split_canonical(texts[1]));
+  if (!parameters) return tl::unexpected(parameters.error());
+  return OpenedFile{codec, Stream{info, std::move(*parameters), payload}, header_size};
+}
+
+Expected<std::unique_ptr<Decoder>> open_decoder(const OpenedFile& file) { return file.codec->open(file.stream); }
+
+Expected<Volume> decode(std::span<const std::byte> bytes, unsigned lod, unsigned threads) {
+  auto file = open_file(bytes);
+  if (!file) return tl::unexpected(file.error());
+  auto decoder = open_decoder(*file);
+  if (!decoder) return tl::unexpected(decoder.error());
+  if (lod >= (*decoder)->levels()) {
+    return fail(ErrorCode::kBadArgument, fmt::format("level of detail: expected 0..{}, found {}", (*decoder)->levels() - 1, lod));
+  }
+  try {
+    volumes::VolumeSink sink(level_info(file->stream.info, lod));
+    if (auto ok = (*decoder)->decode(lod, threads, sink); !ok) return tl::unexpected(ok.error());
+    return sink.take();
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kOutOfMemory, "not enough memory for " + to_string(level_extent(file->stream.info.extent, lod)));
+  }
+}
+
+Expected<void> validate(std::span<const std::byte> bytes, unsigned threads) {
+  auto file = open_file(bytes);
+  if (!file) return tl::unexpected(file.error());
+  auto decoder = open_decoder(*file);
+  if (!decoder) return tl::unexpected(decoder.error());
+  for (unsigned lod = 0; lod < (*decoder)->levels(); ++lod) {
+    NullSink sink(level_info(file->stream.info, lod));
+    if (auto ok = (*decoder)->decode(lod, threads, sink); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace cvr::codecs

@@ -1,0 +1,102 @@
+// Payload: the voxels, x fastest, in the volume's type. Nothing else.
+#include "codecs/raw/raw.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "volumes/parallel.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+using volumes::parallel_for;
+
+class RawDecoder final : public Decoder, public VoxelAccess {
+ public:
+  explicit RawDecoder(const Stream& stream) : info_(stream.info), voxels_(stream.payload.data()) {}
+
+  Expected<void> decode(unsigned, unsigned threads, SlabSink& sink) const override {
+    const std::size_t plane = info_.extent.x * info_.extent.y * size_of(info_.type);
+    const std::uint64_t depth = std::max<std::uint64_t>(1, sink.preferred_depth());
+    for (std::uint64_t z0 = 0; z0 < info_.extent.z; z0 += depth) {
+      const std::uint64_t z1 = std::min(z0 + depth, info_.extent.z);
+      std::byte* out = sink.begin(z0, z1);
+      parallel_for(threads, z1 - z0,
+                   [&](unsigned, std::uint64_t z) { std::memcpy(out + z * plane, voxels_ + (z0 + z) * plane, plane); });
+      sink.end(z0, z1);
+    }
+    return {};
+  }
+
+  const VoxelAccess* voxel_access() const override {
+    return info_.kind == VolumeKind::kLabels ? this : nullptr;
+  }
+
+  Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {
+    if (lod != 0) return fail(ErrorCode::kBadArgument, "level of detail: expected 0, raw has only the finest level");
+    volumes::with_label_type(info_.type, [&]<class T>() {
+      const T* voxels = reinterpret_cast<const T*>(voxels_);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        T voxel;
+        std::memcpy(&voxel, voxels + info_.extent.index(points[i]), sizeof voxel);
+        labels[i] = voxel;
+      }
+    });
+    return {};
+  }
+
+ private:
+  VolumeInfo info_;
+  const std::byte* voxels_;
+};
+
+class RawCodec final : public Codec {
+ public:
+  const Traits& traits() const override {
+    static const Traits kTraits{.id = "raw",
+                                .version = 1,
+                                .family = "general",
+                                .summary = "the voxels as they are",
+                                .lossless = true,
+                                .types = {volumes::kVoxelTypes.begin(), volumes::kVoxelTypes.end()},
+                                .access = Granularity::kVoxel,
+                                .levels_of_detail = false,
+                                .stored_compressed = false};
+    return kTraits;
+  }
+  std::span<const ParameterSpec> parameters() const override { return {}; }
+
+  Expected<Payload> encode(const VolumeSource& source, const Parameters&, unsigned threads) const override {
+    const VolumeInfo& info = source.info();
+    Payload payload{Buffer(info.bytes()), {}, info.bytes()};
+    const std::size_t plane = info.extent.x * info.extent.y * size_of(info.type);
+    if (const std::byte* voxels = source.data(); voxels != nullptr) {
+      parallel_for(threads, info.extent.z, [&](unsigned, std::uint64_t z) {
+        std::memcpy(payload.bytes.data() + z * plane, voxels + z * plane, plane);
+      });
+    } else {
+      source.read({{0, 0, 0}, info.extent}, payload.bytes.data());
+    }
+    payload.breakdown[ByteClass::kData] = payload.bytes.size();
+    return payload;
+  }
+
+  Expected<std::unique_ptr<Decoder>> open(const Stream& stream) const override {
+    if (stream.payload.size() != stream.info.bytes()) {
+      return fail(ErrorCode::kTruncated, fmt::format("expected {} bytes of voxels, found {}", stream.info.bytes(), stream.payload.size()));
+    }
+    return std::make_unique<RawDecoder>(stream);
+  }
+};
+
+}  // namespace
+
+const Codec& raw_codec() {
+  static const RawCodec kCodec;
+  return kCodec;
+}
+
+}  // namespace cvr::codecs

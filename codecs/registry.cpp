@@ -1,0 +1,23 @@
+#include "codecs/registry.hpp"
+
+#include <array>
+
+#include "codecs/raw/raw.hpp"
+
+namespace cvr::codecs {
+
+std::span<const Codec* const> all_codecs() {
+  static const std::array kCodecs{
+      &raw_codec(),
+  };
+  return kCodecs;
+}
+
+const Codec* find_codec(std::string_view id) {
+  for (const Codec* codec : all_codecs()) {
+    if (codec->traits().id == id) return codec;
+  }
+  return nullptr;
+}
+
+}  // namespace cvr::codecs
