@@ -43,7 +43,8 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
   out.put(std::uint16_t{0});
   for (const std::uint64_t n : {info.extent.x, info.extent.y, info.extent.z}) out.put(n);
   for (const double size : info.voxel_size) out.put(size);
-  for (const std::string_view text : {codec.traits().id, std::string_view(parameters.canonical()), std::string_view(info.voxel_unit)}) {
+  const std::string canonical = parameters.canonical();
+  for (const std::string_view text : {codec.traits().id, std::string_view(canonical), std::string_view(info.voxel_unit)}) {
     out.put(narrow<std::uint16_t>(text.size()));
     out.text(text);
   }

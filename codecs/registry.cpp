@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "codecs/csgv/csgv.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -9,6 +10,7 @@ namespace cvr::codecs {
 std::span<const Codec* const> all_codecs() {
   static const std::array kCodecs{
       &raw_codec(),
+      &csgv_nibble_codec(),
   };
   return kCodecs;
 }
