@@ -3,6 +3,7 @@
 #include <array>
 
 #include "codecs/csgv/csgv.hpp"
+#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -11,6 +12,10 @@ std::span<const Codec* const> all_codecs() {
   static const std::array kCodecs{
       &raw_codec(),
       &csgv_nibble_codec(),
+      &csgv_rans_codec(),
+      &csgvr_nibble_codec(),
+      &csgvr_codec(),
+      &csgvr_sb_codec(),
   };
   return kCodecs;
 }
