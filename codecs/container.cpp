@@ -16,6 +16,7 @@ constexpr std::string_view kMagic = "CVRBENCH";
 constexpr std::uint32_t kContainerVersion = 1;
 constexpr std::size_t kHeaderHashOffset = 32;
 constexpr std::size_t kFixedHeaderBytes = 96;
+constexpr std::size_t kAccountBytes = 8 * (1 + kByteClasses);  // published bytes and breakdown, at the header's end
 constexpr std::uint64_t kMaxAxis = std::uint64_t{1} << 40;
 constexpr std::uint64_t kMaxVoxels = std::uint64_t{1} << 50;
 
@@ -26,7 +27,8 @@ std::uint64_t header_hash(std::span<const std::byte> header) {
   return XXH3_64bits(copy.data(), copy.size());
 }
 
-Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters& parameters, const Buffer& payload) {
+Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters& parameters, const Payload& encoded) {
+  const Buffer& payload = encoded.bytes;
   ByteWriter out;
   out.text(kMagic);
   out.put(kContainerVersion);
@@ -41,11 +43,16 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
   out.put(std::uint16_t{0});
   for (const std::uint64_t n : {info.extent.x, info.extent.y, info.extent.z}) out.put(n);
   for (const double size : info.voxel_size) out.put(size);
-  for (const std::string_view text : {codec.traits().id, std::string_view(parameters.canonical()), std::string_view(info.voxel_unit)}) {
+  const std::string canonical = parameters.canonical();
+  for (const std::string_view text : {codec.traits().id, std::string_view(canonical), std::string_view(info.voxel_unit)}) {
     out.put(narrow<std::uint16_t>(text.size()));
     out.text(text);
   }
   out.align(8);
+  ByteBreakdown breakdown = encoded.breakdown;
+  breakdown[ByteClass::kHeader] += out.size() + kAccountBytes;
+  out.put(encoded.published_bytes);
+  for (std::size_t i = 0; i < kByteClasses; ++i) out.put(breakdown[static_cast<ByteClass>(i)]);
   Buffer header = out.take();
   const auto size = narrow<std::uint32_t>(header.size());
   std::memcpy(header.data() + size_at, &size, sizeof size);
@@ -90,7 +97,7 @@ Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const P
   if (auto ok = check_encodable(codec, info); !ok) return tl::unexpected(ok.error());
   auto payload = codec.encode(source, parameters, threads);
   if (!payload) return tl::unexpected(payload.error());
-  const Buffer header = make_header(codec, info, parameters, payload->bytes);
+  const Buffer header = make_header(codec, info, parameters, *payload);
   // The header goes in front of the payload in the same block: a second copy of the payload would double the memory.
   Encoded encoded{std::move(payload->bytes), payload->breakdown, payload->published_bytes};
   const std::size_t payload_size = encoded.bytes.size();
@@ -104,9 +111,9 @@ Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const P
 
 Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
-  if (bytes.size() < kFixedHeaderBytes) {
-    return fail(ErrorCode::kTruncated,
-                fmt::format("expected a header of at least {} bytes, found {}", kFixedHeaderBytes, bytes.size()));
+  constexpr std::size_t kLeast = kFixedHeaderBytes + kAccountBytes;
+  if (bytes.size() < kLeast) {
+    return fail(ErrorCode::kTruncated, fmt::format("expected a header of at least {} bytes, found {}", kLeast, bytes.size()));
   }
   if (in.text(kMagic.size()) != kMagic) return fail(ErrorCode::kMalformed, "offset 0: expected the magic 'CVRBENCH'");
   const auto container_version = in.get<std::uint32_t>();
@@ -116,7 +123,7 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   }
   const auto header_size = in.get<std::uint32_t>();
   const auto payload_size = in.get<std::uint64_t>();
-  if (header_size < kFixedHeaderBytes || header_size > bytes.size() || payload_size != bytes.size() - header_size) {
+  if (header_size < kLeast || header_size > bytes.size() || payload_size != bytes.size() - header_size) {
     return fail(ErrorCode::kTruncated, fmt::format("offset 12: header of {} and payload of {} bytes announced, the file has {}",
                                                    header_size, payload_size, bytes.size()));
   }
@@ -141,7 +148,7 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
     const auto length = in.get<std::uint16_t>();
     text = in.text(length);
   }
-  if (in.failed() || in.position() > header_size) return fail(ErrorCode::kMalformed, "offset 96: a string leaves the header");
+  if (in.failed() || in.position() > header_size - kAccountBytes) return fail(ErrorCode::kMalformed, "offset 96: a string leaves the header");
   const Codec* codec = find_codec(texts[0]);
   if (codec == nullptr) return fail(ErrorCode::kUnsupported, fmt::format("offset 98: unknown codec '{}'", texts[0]));
   if (codec_version != codec->traits().version) {
@@ -155,7 +162,14 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   if (auto ok = check_encodable(*codec, info); !ok) return tl::unexpected(ok.error());
   auto parameters = Parameters::parse(codec->parameters(), split_canonical(texts[1]));
   if (!parameters) return tl::unexpected(parameters.error());
-  return OpenedFile{codec, Stream{info, std::move(*parameters), payload}, header_size};
+  ByteReader account(header.last(kAccountBytes));
+  OpenedFile file{codec, Stream{info, std::move(*parameters), payload}, header_size, account.get<std::uint64_t>(), {}};
+  for (std::size_t i = 0; i < kByteClasses; ++i) file.breakdown[static_cast<ByteClass>(i)] = account.get<std::uint64_t>();
+  if (file.breakdown.total() != bytes.size()) {
+    return fail(ErrorCode::kMalformed, fmt::format("offset {}: expected a breakdown that sums to {} bytes, found {}",
+                                                   header_size - kAccountBytes, bytes.size(), file.breakdown.total()));
+  }
+  return file;
 }
 
 Expected<std::unique_ptr<Decoder>> open_decoder(const OpenedFile& file) { return file.codec->open(file.stream); }

@@ -11,7 +11,9 @@
 //   44  u8 u8 u16  voxel type, volume kind, zero
 //   48  3 x u64  extent x, y, z
 //   72  3 x f64  voxel size x, y, z
-//   96  three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up to H (multiple of 8)
+//   96  three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up to a multiple of 8
+//   H-80  u64      published bytes (see Payload)
+//   H-72  9 x u64  the breakdown in the order of ByteClass; the whole header counts as kHeader; sums to H + P
 #pragma once
 
 #include <memory>
@@ -32,6 +34,8 @@ struct OpenedFile {
   const Codec* codec;
   Stream stream;
   std::uint64_t header_bytes;
+  std::uint64_t published_bytes;
+  ByteBreakdown breakdown;  ///< sums to the size of the file
 };
 
 /// Encodes a source into a whole file. Fails when the codec does not accept the type, the extent is empty or an axis exceeds

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "codecs/csgv/csgv.hpp"
+#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -9,6 +11,11 @@ namespace cvr::codecs {
 std::span<const Codec* const> all_codecs() {
   static const std::array kCodecs{
       &raw_codec(),
+      &csgv_nibble_codec(),
+      &csgv_rans_codec(),
+      &csgvr_nibble_codec(),
+      &csgvr_codec(),
+      &csgvr_sb_codec(),
   };
   return kCodecs;
 }

@@ -1,0 +1,55 @@
+// `csgv-nibble`: one plain nibble a symbol (CSGV-R paper, section 2.5).
+//
+// Brick in 32-bit words: [start of each level in nibbles, L words][palette size][nibbles, padded to a word][palette, reversed].
+#include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv/csgv.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+using namespace csgv;
+
+class NibbleFormat final : public BrickFormat {
+ public:
+  explicit NibbleFormat(const Parameters& parameters) : delta_(parameters.integer("delta") != 0) {}
+
+  OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = delta_}; }
+
+  void pack(const OperationStream& operations, PackWorkspace&, std::vector<std::uint32_t>& words,
+            ByteBreakdown& bytes) const override {
+    append_level_starts(operations, words);
+    const std::size_t operations_at = words.size();
+    append_nibbles(operations.symbols(), words);
+    bytes[ByteClass::kHeader] += 4 * (operations.levels() + 1);
+    bytes[ByteClass::kOperations] += 4 * (words.size() - operations_at);
+    append_palette(operations, words);
+    bytes[ByteClass::kPalette] += 4 * operations.palette().size();
+  }
+
+  BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override {
+    const std::uint64_t header = workspace.grid.levels() + 1;
+    if (words.size() <= header) return "the brick is shorter than its header";
+    const std::uint32_t palette_size = words[header - 1];
+    if (palette_size > words.size() - header) return "the palette is longer than the brick";
+    NibbleReader reader(words.data() + header, words.size() - header - palette_size);
+    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid, validity, options());
+    return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+  }
+
+ private:
+  bool delta_;
+};
+
+}  // namespace
+
+const Codec& csgv_nibble_codec() {
+  static const BrickCodec kCodec(
+      brick_traits("csgv-nibble", "csgv", "CSGV, one nibble an operation", Granularity::kBrick),
+      {brick_parameter(), delta_parameter()},
+      [](const Parameters& parameters) { return std::make_unique<NibbleFormat>(parameters); });
+  return kCodec;
+}
+
+}  // namespace cvr::codecs

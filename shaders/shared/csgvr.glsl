@@ -1,0 +1,135 @@
+// Random access into one brick of CSGV-R, with and without stop bits (CSGV-R paper, Algorithms 1 to 3).
+//
+// A node is (n, level): its Morton code within its level, level 0 being the coarsest (one node). Its label is found by
+// following operations from node to node (parent, neighbour) until a palette operation is met. In the wavelet matrix an
+// operation is the number of zeros before the first one, so the walk that finds "palette advance" or "palette last" has
+// computed the palette index on the way.
+//
+// Brick layout in 32-bit words (L levels):
+//   [T_0 .. T_{L-1}][palette size][bits of W][Z_1[0..4]][W_1 .. W_4][flat rank of W][W]
+//   with stop bits: [flat rank of S][S][64-bit words of S]      then the palette, reversed: entry k is the k-th word from the end
+#ifndef CVR_CSGVR_GLSL
+#define CVR_CSGVR_GLSL
+
+#define CVR_WAVELET_LEVELS 5u
+
+#define CVR_OP_PARENT 0u
+#define CVR_OP_NEIGHBOUR_X 1u
+#define CVR_OP_NEIGHBOUR_Y 2u
+#define CVR_OP_NEIGHBOUR_Z 3u
+#define CVR_OP_ADVANCE 4u
+#define CVR_OP_LAST 5u
+
+struct CsgvrBrick {
+  uint levels;
+  uint words;         // of the whole brick
+  uint palette_size;
+  uint z_at;          // word of Z_1[0]; W_1 follows Z_1[4]
+  BitVector w;        // wavelet matrix
+  BitVector s;        // stop bits; s.bits_at = 0: there are none
+};
+
+// Reads the header of the brick whose `word_count` words begin at words.w[0].
+CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bool stop_bits) {
+  CsgvrBrick brick;
+  brick.levels = levels;
+  brick.words = word_count;
+  brick.palette_size = words.w[levels];
+  uint w_bits = words.w[levels + 1u];
+  brick.z_at = levels + 2u;
+  brick.w.rank_at = brick.z_at + 2u * CVR_WAVELET_LEVELS - 1u;
+  brick.w.bits_at = brick.w.rank_at + 2u * (w_bits / CVR_RANK_BLOCK_BITS + 1u);
+  brick.s.rank_at = 0u;
+  brick.s.bits_at = 0u;
+  if (stop_bits) {
+    uint s_words = words.w[word_count - brick.palette_size - 1u];
+    brick.s.bits_at = word_count - brick.palette_size - 1u - 2u * s_words;
+    brick.s.rank_at = brick.w.bits_at + 2u * ((w_bits + 63u) / 64u);
+  }
+  return brick;
+}
+
+// Stream index of a node (Algorithm 1). Where an ancestor carries a stop bit, n and level become that ancestor.
+CVR_FUNC uint cvr_csgvr_index(Words words, CsgvrBrick brick, CVR_INOUT(uint) n, CVR_INOUT(uint) level) {
+  uint offset = 0u;  // nodes of the current level that earlier stop bits have removed before n's ancestor
+  if (brick.s.bits_at != 0u) {
+    for (uint l = 0u; l < level; ++l) {
+      uint ancestor = n >> (3u * (level - l));
+      uint at = words.w[l] + ancestor - offset;
+      if (cvr_bit(words, brick.s, at) == 1u) {
+        n = ancestor;
+        level = l;
+        return at;
+      }
+      offset = 8u * (offset + cvr_rank1(words, brick.s, at) - cvr_rank1(words, brick.s, words.w[l]));
+    }
+  }
+  return words.w[level] + n - offset;
+}
+
+// The operation at a stream index (Algorithm 2). For palette operations `advances` is the number of "advance" operations
+// before the index (Algorithm 3); otherwise it is 0.
+CVR_FUNC uint cvr_csgvr_operation(Words words, CsgvrBrick brick, uint i, CVR_OUT(uint) advances) {
+  advances = 0u;
+  uint start = 0u;
+  for (uint l = 0u; l < CVR_WAVELET_LEVELS; ++l) {
+    bool last = l == CVR_WAVELET_LEVELS - 1u;
+    uint bit = cvr_bit(words, brick.w, start + i);
+    if (bit == 1u && !last) return l;
+    uint ones_before = cvr_rank1(words, brick.w, start + i) - words.w[brick.z_at + l];
+    if (last) {
+      advances = ones_before;
+      return bit == 1u ? CVR_OP_ADVANCE : CVR_OP_LAST;
+    }
+    i -= ones_before;
+    start = words.w[brick.z_at + CVR_WAVELET_LEVELS + l];
+  }
+  return CVR_OP_LAST;
+}
+
+// Moves from a node to the one that its operation (parent or neighbour) refers to. Child bit 0 along the axis: the neighbour
+// at -1 on the same level; child bit 1: the parent's neighbour at +1. False if that leaves the brick: no encoder writes it.
+CVR_FUNC bool cvr_csgvr_follow(uint operation, CVR_INOUT(uint) n, CVR_INOUT(uint) level) {
+  if (level == 0u) return false;
+  if (operation == CVR_OP_PARENT) {
+    n >>= 3;
+    level -= 1u;
+    return true;
+  }
+  uint axis = operation - CVR_OP_NEIGHBOUR_X;
+  uint mask = CVR_MORTON_X << axis;
+  if (((n >> axis) & 1u) == 0u) {
+    if ((n & mask) == 0u) return false;
+    n = cvr_morton_minus(n, axis);
+    return true;
+  }
+  n >>= 3;
+  level -= 1u;
+  uint inside = (1u << (3u * level)) - 1u;
+  if ((n & mask) == (mask & inside)) return false;
+  n = cvr_morton_plus(n, axis);
+  return true;
+}
+
+// Palette index of a node's label. `hops` counts the operations read. False on a chain that no encoder writes.
+CVR_FUNC bool cvr_csgvr_palette_index(Words words, CsgvrBrick brick, uint n, uint level, CVR_OUT(uint) index,
+                                      CVR_INOUT(uint) hops) {
+  index = 0u;
+  while (true) {
+    uint i = cvr_csgvr_index(words, brick, n, level);
+    uint advances;
+    uint operation = cvr_csgvr_operation(words, brick, i, advances);
+    hops += 1u;
+    if (operation >= CVR_OP_ADVANCE) {
+      index = operation == CVR_OP_ADVANCE ? advances : advances - 1u;
+      return index < brick.palette_size;
+    }
+    if (!cvr_csgvr_follow(operation, n, level)) return false;
+  }
+  return false;
+}
+
+// The label at a palette index below brick.palette_size.
+CVR_FUNC uint cvr_csgvr_label(Words words, CsgvrBrick brick, uint index) { return words.w[brick.words - 1u - index]; }
+
+#endif
