@@ -30,7 +30,7 @@ constexpr std::array kParameters{
     GeneratorParameter{"roughness", 0.4, 0, 20, "amplitude of the fine warp, in the same voxels"},
     GeneratorParameter{"jitter", 0.3, 0, 20, "shift of outlines from slice to slice, in the same voxels"},
     GeneratorParameter{"asymmetry", 0.1, 0, 1, "share of the warp that differs between the sides"},
-    GeneratorParameter{"fill", 0.8, 0.2, 1.2, "factor on the radii of the brain"},
+    GeneratorParameter{"fill", 0.785, 0.2, 1.2, "size of the brain; 1: it fills the volume"},
 };
 
 constexpr Extent kTile{64, 16, 16};
@@ -86,23 +86,20 @@ class AtlasSource final : public TiledSource {
   void place_row(const Coordinate& start, std::size_t count, Row& row) const;
   std::vector<std::uint32_t> regions_near(const Box& box) const;
 
-  std::array<float, 3> step_;  ///< voxels of the paper's volume a voxel
+  std::array<float, 3> offset_;  ///< where voxel 0 starts in the paper's space
+  std::array<float, 3> step_;    ///< voxels of the paper's volume a voxel
   std::array<std::vector<Warp>, 3> warps_;
-  float reach_ = 0;  ///< the warp moves a point by at most this
-  std::array<Lobe, kLobes.size()> lobes_;
+  float reach_ = 0;              ///< the warp moves a point by at most this
   std::vector<Region> regions_;  ///< region i has the label i + 1
 };
 
-AtlasSource::AtlasSource(const GeneratorRequest& request)
-    : TiledSource(request, VoxelType::kU8, kTile), lobes_(kLobes) {
+AtlasSource::AtlasSource(const GeneratorRequest& request) : TiledSource(request, VoxelType::kU8, kTile) {
   const std::array<std::uint64_t, 3> extent{request.extent.x, request.extent.y, request.extent.z};
   const std::array<std::uint64_t, 3> paper{kPaper.x, kPaper.y, kPaper.z};
-  for (std::size_t i = 0; i < 3; ++i) step_[i] = static_cast<float>(paper[i]) / static_cast<float>(extent[i]);
   const auto fill = static_cast<float>(request["fill"]);
-  for (Lobe& lobe : lobes_) {
-    lobe.radius_x *= fill;
-    lobe.radius_y *= fill;
-    lobe.radius_z *= fill;
+  for (std::size_t i = 0; i < 3; ++i) {
+    step_[i] = static_cast<float>(paper[i]) / (static_cast<float>(extent[i]) * fill);
+    offset_[i] = 0.5F * static_cast<float>(paper[i]) * (1.0F - 1.0F / fill);
   }
   const auto spacing = [&](double x, double y, double z) {
     return std::array<std::uint32_t, 3>{scaled(x, extent[0], paper[0]), scaled(y, extent[1], paper[1]),
@@ -137,10 +134,10 @@ void AtlasSource::place_regions(const GeneratorRequest& request) {
                   static_cast<float>(random.between(0, 670)), 0};
     const double u = random.unit();
     region.size = static_cast<float>(110 * u * u * u * u);
-    const bool inside = std::any_of(lobes_.begin(), lobes_.end(), [&](const Lobe& lobe) {
-      return &lobe != &lobes_[kTectum] && depth(lobe, region.x, region.y, region.z) > 0.1F &&
+    const bool inside = std::any_of(kLobes.begin(), kLobes.end(), [&](const Lobe& lobe) {
+      return &lobe != &kLobes[kTectum] && depth(lobe, region.x, region.y, region.z) > 0.1F &&
              depth(lobe, region.x, region.y, region.z) >
-                 depth(lobes_[kTectum], region.x, region.y, region.z) + 0.1F;
+                 depth(kLobes[kTectum], region.x, region.y, region.z) + 0.1F;
     });
     const bool apart = std::all_of(regions_.begin(), regions_.end(), [&](const Region& other) {
       const float dx = region.x - other.x, dy = region.y - other.y, dz = region.z - other.z;
@@ -155,8 +152,8 @@ void AtlasSource::place_regions(const GeneratorRequest& request) {
 void AtlasSource::place_row(const Coordinate& start, std::size_t count, Row& row) const {
   const std::uint64_t width = info().extent.x;
   const std::array<float*, 3> rows{row.x.data(), row.y.data(), row.z.data()};
-  std::fill_n(row.y.begin(), count, (static_cast<float>(start.y) + 0.5F) * step_[1]);
-  std::fill_n(row.z.begin(), count, (static_cast<float>(start.z) + 0.5F) * step_[2]);
+  std::fill_n(row.y.begin(), count, offset_[1] + (static_cast<float>(start.y) + 0.5F) * step_[1]);
+  std::fill_n(row.z.begin(), count, offset_[2] + (static_cast<float>(start.z) + 0.5F) * step_[2]);
   const auto middle = static_cast<float>(width);
   for (std::size_t i = 0; i < count; ++i) {
     const float twice = 2.0F * static_cast<float>(start.x + i) + 1.0F - middle;
@@ -192,9 +189,10 @@ std::vector<std::uint32_t> AtlasSource::regions_near(const Box& box) const {
   const float ex = 0.5F * static_cast<float>(box.size.x) * step_[0],
               ey = 0.5F * static_cast<float>(box.size.y) * step_[1],
               ez = 0.5F * static_cast<float>(box.size.z) * step_[2];
-  const float x = middle(box.origin.x, box.size.x) * step_[0] - 0.5F * static_cast<float>(kPaper.x);
-  const float px = x < 0 ? -x : x, py = middle(box.origin.y, box.size.y) * step_[1],
-              pz = middle(box.origin.z, box.size.z) * step_[2];
+  const float x =
+      middle(box.origin.x, box.size.x) * step_[0] - 0.5F * static_cast<float>(info().extent.x) * step_[0];
+  const float px = x < 0 ? -x : x, py = offset_[1] + middle(box.origin.y, box.size.y) * step_[1],
+              pz = offset_[2] + middle(box.origin.z, box.size.z) * step_[2];
   const float slack = 2 * (std::sqrt(ex * ex + ey * ey + ez * ez) + reach_) + 1;
   std::vector<float> values;
   float smallest = std::numeric_limits<float>::max();
@@ -221,9 +219,9 @@ void AtlasSource::fill(const Box& box, std::uint32_t* labels) const {
       place_row({box.origin.x, y, z}, count, row);
       std::fill(deepest.begin(), deepest.end(), 0.0F);
       std::fill(in_tectum.begin(), in_tectum.end(), std::uint8_t{0});
-      for (std::size_t l = 0; l < lobes_.size(); ++l) {
+      for (std::size_t l = 0; l < kLobes.size(); ++l) {
         for (std::size_t i = 0; i < count; ++i) {
-          const float d = depth(lobes_[l], row.x[i], row.y[i], row.z[i]);
+          const float d = depth(kLobes[l], row.x[i], row.y[i], row.z[i]);
           in_tectum[i] = d > deepest[i] ? l == kTectum : in_tectum[i];
           deepest[i] = d > deepest[i] ? d : deepest[i];
         }

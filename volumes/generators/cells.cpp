@@ -37,8 +37,8 @@ namespace {
 constexpr std::array kParameters{
     GeneratorParameter{"volume", 937, 8, 1e6, "mean voxels of a cell"},
     GeneratorParameter{"jitter", 0.7, 0, 1, "how far a centre strays in its grid box; 0 gives a lattice"},
-    GeneratorParameter{"warp", 2.0, 0, 8, "amplitude of the warp of the borders in voxels"},
-    GeneratorParameter{"sweeps", 4, 0, 32, "sweeps of Potts dynamics; also the halo of a box", true},
+    GeneratorParameter{"warp", 1.6, 0, 8, "amplitude of the warp of the borders in voxels"},
+    GeneratorParameter{"sweeps", 3, 0, 32, "sweeps of Potts dynamics; also the halo of a box", true},
     GeneratorParameter{"heat", 0.2, 0, 0.95, "probability of a change that costs one unlike neighbour"},
     GeneratorParameter{"scatter", 1, 0, 1, "1: ids scattered over the volume, 0: in scan order", true},
 };

@@ -28,14 +28,14 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::array kParameters{
-    GeneratorParameter{"density", 8.0, 0, 1000, "fibres per 10^6 voxels"},
+    GeneratorParameter{"density", 8.1, 0, 60, "fibres per 10^6 voxels"},
     GeneratorParameter{"radius", 3.3, 0.5, 20, "mean radius in voxels"},
-    GeneratorParameter{"length", 340, 4, 2000, "mean length in voxels"},
+    GeneratorParameter{"length", 325, 4, 600, "mean length in voxels"},
     GeneratorParameter{"spread", 0.35, 0, 2,
                        "angular spread: tangent of the standard deviation around the main direction"},
     GeneratorParameter{"core", 0.1, 0, 1, "share of the core layer, whose fibres lie across the flow"},
     GeneratorParameter{"attempts", 12, 1, 100, "places tried before an overlap is accepted", true},
-    GeneratorParameter{"blur", 0.5, 0, 3, "amplitude of the noise on the radius in voxels"},
+    GeneratorParameter{"blur", 0.4, 0, 3, "amplitude of the noise on the radius in voxels"},
 };
 
 constexpr std::uint64_t kTileEdge = 64;

@@ -26,13 +26,13 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::array kParameters{
-    GeneratorParameter{"calibre", 74, 4, 200,
+    GeneratorParameter{"calibre", 72, 4, 200,
                        "distance of neighbouring tubes of the middle family in voxels"},
     GeneratorParameter{"tortuosity", 1, 0, 4, "factor on the amplitude of the warp"},
     GeneratorParameter{"roughness", 2.5, 0, 8, "amplitude of the finest warp in voxels"},
     GeneratorParameter{"gap", 0.16, 0.01, 10, "claim above which a voxel is background"},
     GeneratorParameter{"slip", 0.6, 0, 8, "largest shift of a slice in voxels"},
-    GeneratorParameter{"length", 400, 50, 1e6, "of a tube in voxels"},
+    GeneratorParameter{"length", 350, 50, 1e6, "of a tube in voxels"},
     GeneratorParameter{"ids", 1296889, 1, 4294967295.0, "largest label", true},
 };
 

@@ -6,8 +6,11 @@
 //   2 sheets         diagonal sheets x + y + z = constant of `thickness` voxels, each a label
 //   3 salt           one label, and at the share `density` of the voxels other labels, each once in a long
 //   while 4 constant       one label, `value` 5 noise          each voxel one of two labels at random
+#include <fmt/format.h>
+
 #include <array>
 
+#include "volumes/error.hpp"
 #include "volumes/generators/kinds.hpp"
 #include "volumes/generators/random.hpp"
 
@@ -26,11 +29,12 @@ constexpr std::array kParameters{
 
 enum Pattern : std::uint8_t { kCheckerboard, kDistinct, kSheets, kSalt, kConstant, kNoise };
 
-/// The smallest type of at least so many bits.
 VoxelType type_of(double bits) {
-  if (bits <= 8) return VoxelType::kU8;
-  if (bits <= 16) return VoxelType::kU16;
-  return bits <= 32 ? VoxelType::kU32 : VoxelType::kU64;
+  if (bits == 8) return VoxelType::kU8;
+  if (bits == 16) return VoxelType::kU16;
+  if (bits == 32) return VoxelType::kU32;
+  if (bits == 64) return VoxelType::kU64;
+  throw InputError(fmt::format("generator worst-case: bits: expected 8, 16, 32 or 64, found {}", bits));
 }
 
 /// A bijection of 32-bit numbers that scatters them, with 0 -> 0 and 1 -> 2^32 - 1.
