@@ -3,6 +3,7 @@
 #include <array>
 
 #include "codecs/csgv/csgv.hpp"
+#include "codecs/general/general.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -10,6 +11,8 @@ namespace cvr::codecs {
 std::span<const Codec* const> all_codecs() {
   static const std::array kCodecs{
       &raw_codec(),
+      &zstd_codec(),
+      &lzma_codec(),
       &csgv_nibble_codec(),
   };
   return kCodecs;
