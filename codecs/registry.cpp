@@ -4,6 +4,7 @@
 
 #include "codecs/csgv/csgv.hpp"
 #include "codecs/general/general.hpp"
+#include "codecs/neuroglancer/neuroglancer.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -13,6 +14,7 @@ std::span<const Codec* const> all_codecs() {
       &raw_codec(),
       &zstd_codec(),
       &lzma_codec(),
+      &neuroglancer_codec(),
       &csgv_nibble_codec(),
   };
   return kCodecs;

@@ -226,7 +226,9 @@ std::string case_name(const testing::TestParamInfo<Case>& info) {
 
 INSTANTIATE_TEST_SUITE_P(All, Peers,
                          testing::Values(Case{"zstd", {}}, Case{"zstd", {"level=9"}},
-                                         Case{"lzma", {"level=1"}}),
+                                         Case{"lzma", {"level=1"}}, Case{"neuroglancer", {}},
+                                         Case{"neuroglancer", {"block=8,4,2", "chunk=24"}},
+                                         Case{"neuroglancer", {"block=3,5,7", "chunk=20", "levels=3"}}),
                          case_name);
 
 }  // namespace
