@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "codecs/compresso/compresso.hpp"
 #include "codecs/csgv/csgv.hpp"
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
@@ -15,6 +16,8 @@ std::span<const Codec* const> all_codecs() {
       &zstd_codec(),
       &lzma_codec(),
       &neuroglancer_codec(),
+      &compresso_codec(),
+      &compresso_lzma_codec(),
       &csgv_nibble_codec(),
   };
   return kCodecs;
