@@ -4,6 +4,7 @@
 
 #include "codecs/compresso/compresso.hpp"
 #include "codecs/csgv/csgv.hpp"
+#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
 #include "codecs/raw/raw.hpp"
@@ -19,6 +20,10 @@ std::span<const Codec* const> all_codecs() {
       &compresso_codec(),
       &compresso_lzma_codec(),
       &csgv_nibble_codec(),
+      &csgv_rans_codec(),
+      &csgvr_nibble_codec(),
+      &csgvr_codec(),
+      &csgvr_sb_codec(),
   };
   return kCodecs;
 }
