@@ -16,6 +16,7 @@ std::span<const Codec* const> all_codecs() {
       &raw_codec(),
       &zstd_codec(),
       &lzma_codec(),
+      &hdf5_gzip_codec(),
       &neuroglancer_codec(),
       &compresso_codec(),
       &compresso_lzma_codec(),

@@ -112,7 +112,7 @@ class CompressoLzmaCodec final : public Codec {
     const auto size = general::xz_uncompressed_size(stream.payload);
     if (!size) return tl::unexpected(size.error());
     // Per voxel at most one id or two location entries, one window and its word: no payload is larger.
-    const std::uint64_t voxel = 2 * size_of(stream.info.type) + 8 + 4;
+    const std::uint64_t voxel = 2 * size_of(stream.info.type) + 8 + 8;
     if (*size > compresso::PayloadLayout::kHeaderBytes + stream.info.extent.voxels() * voxel) {
       return fail(ErrorCode::kMalformed,
                   fmt::format("the xz stream announces {} bytes, more than {} voxels can take", *size,

@@ -32,13 +32,9 @@ struct Parts {
   const std::byte *windows, *ids, *locations, *words;
 
   std::uint64_t window_value(std::uint64_t index) const {
-    std::uint64_t value = 0;
-    std::memcpy(&value, windows + index * window.bytes(), window.bytes());
-    return value;
+    return load_unsigned(windows, index, window.bytes());
   }
-  std::uint64_t word(std::uint64_t index) const {
-    return word_size == 2 ? load<std::uint16_t>(words, index) : load<std::uint32_t>(words, index);
-  }
+  std::uint64_t word(std::uint64_t index) const { return load_unsigned(words, index, word_size); }
 };
 
 struct Slice {
@@ -108,14 +104,11 @@ class Resolver {
     const T* here = out_ + x + width * y;
     const T location = next();
     switch (location) {
-      case Location::kLeft:
-        if (x > 0) return here[-1];
-        break;
       case Location::kRight:
         if (x + 1 < width && !slice_.boundary.test(x + 1, y)) return here[1];
         break;
+      case Location::kLeft:
       case Location::kUp:
-        if (y > 0) return *(here - width);
         break;
       case Location::kDown:
         if (y + 1 < slice_.boundary.height() && !slice_.boundary.test(x, y + 1)) return here[width];
@@ -363,19 +356,19 @@ Expected<std::unique_ptr<Decoder>> open_payload(const VolumeInfo& info, const Wi
   parts.location_count = field(PayloadLayout::kLocations);
   parts.word_count = field(PayloadLayout::kWords);
   parts.word_size = load<std::uint32_t>(payload.data() + PayloadLayout::kWordBytes, 0);
-  if (parts.word_size != word_bytes(parts.window_count) ||
+  if (parts.word_size != parts.window.word_bytes(parts.window_count) ||
       load<std::uint32_t>(payload.data() + PayloadLayout::kZero, 0) != 0) {
     return fail(ErrorCode::kMalformed,
                 fmt::format("offset {}: expected words of {} bytes and a zero, found {} and {}",
-                            PayloadLayout::kWordBytes, word_bytes(parts.window_count), parts.word_size,
-                            load<std::uint32_t>(payload.data() + PayloadLayout::kZero, 0)));
+                            PayloadLayout::kWordBytes, parts.window.word_bytes(parts.window_count),
+                            parts.word_size, load<std::uint32_t>(payload.data() + PayloadLayout::kZero, 0)));
   }
   const std::byte* at = payload.data() + PayloadLayout::kHeaderBytes;
   std::uint64_t left = payload.size() - PayloadLayout::kHeaderBytes;
   const std::uint64_t voxel = size_of(info.type);
   const std::tuple<const char*, std::uint64_t, std::uint64_t, const std::byte**> sections[] = {
-      {"windows", parts.window_count, window.bytes(), &parts.windows},
       {"ids", parts.id_count, voxel, &parts.ids},
+      {"windows", parts.window_count, window.bytes(), &parts.windows},
       {"locations", parts.location_count, voxel, &parts.locations},
       {"words", parts.word_count, parts.word_size, &parts.words}};
   for (const auto& [name, count, size, start] : sections) {

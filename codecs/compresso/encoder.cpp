@@ -27,16 +27,14 @@ struct Neighbourhood {
   const BitPlane* above_bits;
 };
 
-/// The location of the unresolved boundary voxel (x, y): the first neighbour of the same label that the
-/// decoder knows by then.
+/// The location of the unresolved boundary voxel (x, y). Its left and upper neighbours are boundary or
+/// outside.
 template <class T>
 std::uint64_t neighbour_code(const Neighbourhood<T>& n, std::uint64_t x, std::uint64_t y) {
   const std::uint64_t width = n.bits->width();
   const std::uint64_t at = x + width * y;
   const T label = n.labels[at];
-  if (x > 0 && n.labels[at - 1] == label) return Location::kLeft;
   if (x + 1 < width && n.labels[at + 1] == label && !n.bits->test(x + 1, y)) return Location::kRight;
-  if (y > 0 && n.labels[at - width] == label) return Location::kUp;
   if (y + 1 < n.bits->height() && n.labels[at + width] == label && !n.bits->test(x, y + 1))
     return Location::kDown;
   if (n.below_labels != nullptr && n.below_labels[at] == label && !n.below_bits->test(x, y))
@@ -143,7 +141,7 @@ class VolumeEncoder {
 
   Expected<Payload> assemble() {
     const std::vector<std::uint64_t>& windows = windows_.sort();
-    const std::uint64_t bytes = word_bytes(windows.size());
+    const std::uint64_t bytes = window_.word_bytes(windows.size());
     Buffer words;
     windows_.write(bytes, words);
     ByteWriter out;
@@ -154,15 +152,18 @@ class VolumeEncoder {
     out.put(narrow<std::uint32_t>(bytes));
     out.put(std::uint32_t{0});
     Payload payload{out.take(), {}, 0};
-    for (const std::uint64_t window : windows) payload.bytes.append(&window, window_.bytes());
+    const auto append = [&payload](ByteClass use, Buffer& part) {
+      payload.bytes.append(part.bytes());
+      payload.breakdown[use] += part.size();
+      part = Buffer();
+    };
     payload.breakdown[ByteClass::kHeader] = PayloadLayout::kHeaderBytes;
-    payload.breakdown[ByteClass::kTables] = payload.bytes.size() - PayloadLayout::kHeaderBytes;
-    payload.breakdown[ByteClass::kPalette] = ids_.size();
-    payload.breakdown[ByteClass::kOperations] = locations_.size() + words.size();
-    for (Buffer* part : {&ids_, &locations_, &words}) {
-      payload.bytes.append(part->bytes());
-      *part = Buffer();
-    }
+    append(ByteClass::kPalette, ids_);
+    Buffer list;
+    for (const std::uint64_t window : windows) list.append(&window, window_.bytes());
+    append(ByteClass::kTables, list);
+    append(ByteClass::kOperations, locations_);
+    append(ByteClass::kOperations, words);
     payload.published_bytes = payload.bytes.size();
     return payload;
   }

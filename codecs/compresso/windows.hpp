@@ -28,7 +28,7 @@ class WindowStream {
   bool append(std::span<const std::uint64_t> values);
   /// Distinct windows; call once, after the last append. Renumbers.
   const std::vector<std::uint64_t>& sort();
-  /// The words, each `bytes` wide (word_bytes of the number of windows).
+  /// The words, each `bytes` wide (WindowSize::word_bytes).
   void write(std::uint64_t bytes, Buffer& out) const;
 
  private:
