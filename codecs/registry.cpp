@@ -5,6 +5,7 @@
 #include "codecs/csgv/csgv.hpp"
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
+#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -16,6 +17,10 @@ std::span<const Codec* const> all_codecs() {
       &lzma_codec(),
       &neuroglancer_codec(),
       &csgv_nibble_codec(),
+      &csgv_rans_codec(),
+      &csgvr_nibble_codec(),
+      &csgvr_codec(),
+      &csgvr_sb_codec(),
   };
   return kCodecs;
 }

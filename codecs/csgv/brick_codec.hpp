@@ -38,6 +38,8 @@ class BrickCodec final : public Codec {
 
 /// "brick": 16, 32 or 64 voxels a side; 32 by default.
 ParameterSpec brick_parameter();
+/// "delta": whether operations may refer to older palette entries; 0 by default, as in the published evaluation.
+ParameterSpec delta_parameter();
 /// Traits that all codecs of the two families share.
 Traits brick_traits(std::string_view id, std::string_view family, std::string_view summary, Granularity access);
 

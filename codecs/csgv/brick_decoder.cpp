@@ -190,6 +190,15 @@ ParameterSpec brick_parameter() {
           .description = "voxels a side of a brick"};
 }
 
+ParameterSpec delta_parameter() {
+  return {.name = "delta",
+          .type = ParameterType::kInteger,
+          .default_value = "0",
+          .minimum = 0,
+          .maximum = 1,
+          .description = "refer to older palette entries (operation 'palette delta')"};
+}
+
 Traits brick_traits(std::string_view id, std::string_view family, std::string_view summary, Granularity access) {
   return {.id = id,
           .version = 1,

@@ -81,6 +81,7 @@ struct Worker {
   Worker(std::uint32_t b) : grid(b), operations(b) {}
   LabelGrid grid;
   OperationStream operations;
+  PackWorkspace pack;
   std::vector<std::uint32_t> words;  ///< bricks of the current slab
   ByteBreakdown bytes;
 };
@@ -233,7 +234,7 @@ Expected<Payload> BrickEncoder::run() {
     for_each_brick(slab, layer, layers, 1, [&](unsigned w, std::uint64_t i) {
       Worker& worker = *workers_[w];
       const std::size_t at = worker.words.size();
-      format_.pack(worker.operations, worker.words, worker.bytes);
+      format_.pack(worker.operations, worker.pack, worker.words, worker.bytes);
       pieces[i] = {w, at, worker.words.size() - at};
     });
     for (const Piece& piece : pieces) {

@@ -13,6 +13,7 @@
 #include "codecs/csgv/label_grid.hpp"
 #include "codecs/csgv/operations.hpp"
 #include "codecs/csgv/reconstruct.hpp"
+#include "codecs/succinct/bit_vector.hpp"
 
 namespace cvr::codecs::csgv {
 
@@ -26,6 +27,13 @@ struct BrickWorkspace {
                         std::vector<std::uint32_t>(nodes_of_level(grid.levels() - 2))} {}
   LabelGrid grid;
   std::array<std::vector<std::uint32_t>, 2> active;  ///< for Reconstruction::run
+};
+
+/// Scratch memory of BrickFormat::pack, one a worker.
+struct PackWorkspace {
+  std::vector<std::uint8_t> bytes;
+  std::array<succinct::BitAppender, 5> wavelet_levels;
+  succinct::BitAppender matrix, stops;
 };
 
 /// Where the bricks of an opened payload lie.
@@ -53,11 +61,12 @@ class BrickFormat {
   virtual Expected<void> read_tables(ByteReader&) { return {}; }
 
   /// Appends one brick to `words`. Called by several threads at once.
-  virtual void pack(const OperationStream& operations, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const = 0;
+  virtual void pack(const OperationStream& operations, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+                    ByteBreakdown& bytes) const = 0;
   /// Rebuilds the levels 0..target of workspace.grid.
   virtual BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
                             BrickWorkspace& workspace) const = 0;
-  /// What later calls of palette_words() rely on. Formats without voxel access check in unpack() alone.
+  /// Checks what unpack() and at() rely on; formats without voxel access may leave it to unpack().
   virtual BrickError check(std::span<const std::uint32_t>, unsigned /*levels*/) const { return nullptr; }
 
   virtual bool has_voxel_access() const { return false; }

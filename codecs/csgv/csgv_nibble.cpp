@@ -16,7 +16,8 @@ class NibbleFormat final : public BrickFormat {
 
   OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = delta_}; }
 
-  void pack(const OperationStream& operations, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
+  void pack(const OperationStream& operations, PackWorkspace&, std::vector<std::uint32_t>& words,
+            ByteBreakdown& bytes) const override {
     append_level_starts(operations, words);
     const std::size_t operations_at = words.size();
     append_nibbles(operations.symbols(), words);
@@ -46,13 +47,7 @@ class NibbleFormat final : public BrickFormat {
 const Codec& csgv_nibble_codec() {
   static const BrickCodec kCodec(
       brick_traits("csgv-nibble", "csgv", "CSGV, one nibble an operation", Granularity::kBrick),
-      {brick_parameter(),
-       {.name = "delta",
-        .type = ParameterType::kInteger,
-        .default_value = "0",
-        .minimum = 0,
-        .maximum = 1,
-        .description = "refer to older palette entries (operation 'palette delta')"}},
+      {brick_parameter(), delta_parameter()},
       [](const Parameters& parameters) { return std::make_unique<NibbleFormat>(parameters); });
   return kCodec;
 }

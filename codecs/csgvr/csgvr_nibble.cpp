@@ -1,0 +1,72 @@
+// `csgvr-nibble`: random access without wavelet matrix and stop bits (supplemental, section 3). Layout and access:
+// shaders/shared/csgvr_nibble.glsl. Every brick codes all (8^L - 1) / 7 nodes.
+#include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgvr/csgvr.hpp"
+#include "codecs/csgvr/voxel_walk.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+using namespace csgv;
+
+class CsgvrNibbleFormat final : public BrickFormat {
+ public:
+  OperationOptions options() const override { return {.stop_bits = false, .keep_outside = true, .delta = false}; }
+
+  void pack(const OperationStream& operations, PackWorkspace&, std::vector<std::uint32_t>& words,
+            ByteBreakdown& bytes) const override {
+    append_level_starts(operations, words);
+    const std::size_t operations_at = words.size();
+    append_nibbles(operations.symbols(), words);
+    bytes[ByteClass::kHeader] += 4 * (operations.levels() + 1);
+    bytes[ByteClass::kOperations] += 4 * (words.size() - operations_at);
+    append_palette(operations, words);
+    bytes[ByteClass::kPalette] += 4 * operations.palette().size();
+  }
+
+  BrickError check(std::span<const std::uint32_t> words, unsigned levels) const override {
+    const std::uint64_t nibble_words = (nodes_before_level(levels) + 7) / 8;
+    if (words.size() < levels + 1 + nibble_words) return "the brick is shorter than its operations";
+    if (words.size() != levels + 1 + nibble_words + words[levels]) return "the palette does not end with the brick";
+    for (unsigned l = 0; l < levels; ++l) {
+      if (words[l] != nodes_before_level(l)) return "a level does not begin where all coarser nodes end";
+    }
+    return words[levels] == 0 ? "the palette is empty" : nullptr;
+  }
+
+  BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override {
+    const unsigned levels = workspace.grid.levels();
+    const std::uint32_t palette_size = words[levels];
+    NibbleReader reader(words.data() + levels + 1, words.size() - levels - 1 - palette_size);
+    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid, validity, options());
+    return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+  }
+
+  bool has_voxel_access() const override { return true; }
+  BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
+                std::span<std::uint64_t> labels) const override {
+    return csgvr::for_each_point(layout, points, level, labels,
+                                 [&](std::span<const std::uint32_t> brick, std::uint32_t n, std::uint64_t& label) {
+                                   std::uint32_t index = 0;
+                                   std::uint32_t hops = 0;
+                                   const shaders::Words words{brick.data()};
+                                   if (!cvr_csgvr_nibble_palette_index(words, layout.levels, n, level, index, hops)) return false;
+                                   label = brick[brick.size() - 1 - index];
+                                   return true;
+                                 });
+  }
+};
+
+}  // namespace
+
+const Codec& csgvr_nibble_codec() {
+  static const BrickCodec kCodec(
+      brick_traits("csgvr-nibble", "csgvr", "CSGV-R without wavelet matrix: one nibble an operation, counted by a loop",
+                   Granularity::kVoxel),
+      {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrNibbleFormat>(); });
+  return kCodec;
+}
+
+}  // namespace cvr::codecs

@@ -1,0 +1,27 @@
+// Walks over query points brick by brick for the random-access formats: one loop, no virtual call a point.
+#pragma once
+
+#include "codecs/csgv/brick_format.hpp"
+#include "shaders/shared/shared.hpp"
+
+namespace cvr::codecs::csgvr {
+
+/// Calls query(words of the point's brick, Morton code of the node at `level` that contains it, label) for each point; query
+/// returns false where the brick's bytes are none that an encoder writes.
+template <class Query>
+csgv::BrickError for_each_point(const csgv::BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
+                                std::span<std::uint64_t> labels, Query&& query) {
+  const unsigned brick_shift = layout.levels - 1;
+  const unsigned node_shift = layout.levels - 1 - level;
+  const std::uint64_t inside = layout.brick - 1;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Coordinate& p = points[i];
+    const std::uint64_t brick = layout.index({p.x >> brick_shift, p.y >> brick_shift, p.z >> brick_shift});
+    const auto node = [&](std::uint64_t at) { return static_cast<std::uint32_t>((at & inside) >> node_shift); };
+    const std::uint32_t n = shaders::cvr_morton_encode(node(p.x), node(p.y), node(p.z));
+    if (!query(layout.brick_words(brick), n, labels[i])) return "a chain of operations leaves its brick or its palette";
+  }
+  return nullptr;
+}
+
+}  // namespace cvr::codecs::csgvr
