@@ -18,6 +18,7 @@ struct GeneratorParameter {
   double default_value;
   double minimum, maximum;
   std::string_view description;
+  bool whole = false;  ///< takes whole numbers only
 };
 
 struct GeneratorInfo {
