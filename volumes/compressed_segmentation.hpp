@@ -100,18 +100,15 @@ class CompressedSegmentation {
   }
   /// The label of a voxel inside the extent: four reads.
   std::uint64_t label(const Coordinate& c) const {
-    const Coordinate b{c.x / block_.x, c.y / block_.y, c.z / block_.z};
-    const Block header = block(grid_.index(b));
-    std::uint64_t index = 0;
-    if (header.bits != 0) {
-      const std::uint64_t voxel =
-          (c.x - b.x * block_.x) + block_.x * ((c.y - b.y * block_.y) + block_.y * (c.z - b.z * block_.z));
-      const std::uint64_t bit = voxel * header.bits;
-      const std::uint64_t mask = (std::uint64_t{1} << header.bits) - 1;
-      index = (channel_[header.value_offset + bit / 32] >> (bit % 32)) & mask;
-    }
-    return table_entry(header.table_offset, index);
+    return edges_are_powers_ ? label_at(c, [](std::uint64_t n, const Edge& e) { return n >> e.shift; })
+                             : label_at(c, [](std::uint64_t n, const Edge& e) {
+                                 return std::uint64_t{static_cast<std::uint32_t>(n) / e.size};
+                               });
   }
+  /// Decodes the layers [begin, end) of blocks along z. `out.labels` is where the voxel (0, 0, begin *
+  /// block.z) goes; the extent of `out` is not used. Error: kMalformed (a label too wide for T).
+  template <class T>
+  Expected<void> decode_layers(std::uint64_t begin, std::uint64_t end, const LabelBox<T>& out) const;
   /// Entry `index` of the table at an offset.
   std::uint64_t table_entry(std::uint32_t table_offset, std::uint64_t index) const {
     const std::uint32_t* entry = channel_.data() + table_offset + index * table_words_;
@@ -123,11 +120,32 @@ class CompressedSegmentation {
   std::span<const std::uint32_t> channel() const { return channel_; }
 
  private:
-  Expected<void> check_block(const Coordinate& position, const Extent& extent) const;
+  struct Edge {
+    std::uint32_t size = 1;
+    std::uint32_t shift = 0;  ///< log2(size) where that is whole
+  };
+  Expected<void> check_block(const Coordinate& position) const;
+  template <class Divide>
+  std::uint64_t label_at(const Coordinate& c, Divide divide) const {
+    const Coordinate b{divide(c.x, edges_[0]), divide(c.y, edges_[1]), divide(c.z, edges_[2])};
+    const Block header = block(grid_.index(b));
+    std::uint64_t index = 0;
+    if (header.bits != 0) {
+      const std::uint64_t voxel =
+          (c.x - b.x * block_.x) + block_.x * ((c.y - b.y * block_.y) + block_.y * (c.z - b.z * block_.z));
+      const std::uint64_t bit = voxel * header.bits;
+      const std::uint64_t mask = (std::uint64_t{1} << header.bits) - 1;
+      index = (channel_[header.value_offset + bit / 32] >> (bit % 32)) & mask;
+    }
+    return table_entry(header.table_offset, index);
+  }
 
   std::span<const std::uint32_t> channel_;
+  Extent extent_;
   Extent grid_;
   BlockSize block_;
+  Edge edges_[3];
+  bool edges_are_powers_ = false;
   unsigned table_words_ = 1;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <limits>
 
@@ -11,6 +12,9 @@
 namespace cvr::volumes {
 
 namespace {
+
+/// Positions inside a stream are 32-bit numbers.
+constexpr std::uint64_t kMaxExtent = 0xffffffffu;
 
 bool is_legal_bits(std::uint32_t bits) { return bits <= 32 && (bits & (bits - 1)) == 0; }
 
@@ -106,6 +110,10 @@ Expected<CompressedSegmentation> CompressedSegmentation::open(std::span<const st
     return fail(ErrorCode::kBadArgument, fmt::format("block: expected edges of 1..{}, found {},{},{}",
                                                      kMaxBlockEdge, block.x, block.y, block.z));
   }
+  if (std::max({extent.x, extent.y, extent.z}) > kMaxExtent) {
+    return fail(ErrorCode::kTooLarge,
+                fmt::format("expected fewer than 2^32 voxels an axis, found {}", to_string(extent)));
+  }
   if (words.empty())
     return fail(ErrorCode::kTruncated, "word 0: expected the channel offset, found the end of the stream");
   if (words[0] != 1)
@@ -113,7 +121,14 @@ Expected<CompressedSegmentation> CompressedSegmentation::open(std::span<const st
                 fmt::format("word 0: expected the channel offset 1, found {}", words[0]));
   CompressedSegmentation stream;
   stream.channel_ = words.subspan(1);
+  stream.extent_ = extent;
   stream.block_ = block;
+  stream.edges_are_powers_ = true;
+  const std::array sizes{block.x, block.y, block.z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    stream.edges_[i] = {sizes[i], static_cast<std::uint32_t>(std::countr_zero(sizes[i]))};
+    stream.edges_are_powers_ = stream.edges_are_powers_ && std::has_single_bit(sizes[i]);
+  }
   stream.table_words_ = table_words;
   const auto blocks = [](std::uint64_t n, std::uint32_t edge) { return n / edge + (n % edge != 0 ? 1 : 0); };
   stream.grid_ = {blocks(extent.x, block.x), blocks(extent.y, block.y), blocks(extent.z, block.z)};
@@ -129,14 +144,14 @@ Expected<CompressedSegmentation> CompressedSegmentation::open(std::span<const st
   for (position.z = 0; position.z < stream.grid_.z; ++position.z) {
     for (position.y = 0; position.y < stream.grid_.y; ++position.y) {
       for (position.x = 0; position.x < stream.grid_.x; ++position.x) {
-        if (auto ok = stream.check_block(position, extent); !ok) return tl::unexpected(ok.error());
+        if (auto ok = stream.check_block(position); !ok) return tl::unexpected(ok.error());
       }
     }
   }
   return stream;
 }
 
-Expected<void> CompressedSegmentation::check_block(const Coordinate& position, const Extent& extent) const {
+Expected<void> CompressedSegmentation::check_block(const Coordinate& position) const {
   const Block header = block(grid_.index(position));
   const std::uint64_t size = channel_.size();
   if (!is_legal_bits(header.bits)) {
@@ -154,7 +169,7 @@ Expected<void> CompressedSegmentation::check_block(const Coordinate& position, c
   if (entries >= (std::uint64_t{1} << header.bits)) return {};
   std::uint64_t largest = 0;
   if (header.bits != 0) {
-    const Extent valid = valid_part(extent, block_, position);
+    const Extent valid = valid_part(extent_, block_, position);
     const std::uint64_t mask = (std::uint64_t{1} << header.bits) - 1;
     for (std::uint64_t z = 0; z < valid.z; ++z) {
       for (std::uint64_t y = 0; y < valid.y; ++y) {
@@ -173,21 +188,18 @@ Expected<void> CompressedSegmentation::check_block(const Coordinate& position, c
 }
 
 template <class T>
-Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t> words, const LabelBox<T>& box,
-                                              const BlockSize& block) {
-  const auto stream = CompressedSegmentation::open(words, box.extent, block, kTableWords<T>);
-  if (!stream) return tl::unexpected(stream.error());
-  const Extent& grid = stream->grid();
+Expected<void> CompressedSegmentation::decode_layers(std::uint64_t begin, std::uint64_t end,
+                                                     const LabelBox<T>& out) const {
+  std::uint64_t index = begin * grid_.x * grid_.y;
   Coordinate position;
-  std::uint64_t index = 0;
-  for (position.z = 0; position.z < grid.z; ++position.z) {
-    for (position.y = 0; position.y < grid.y; ++position.y) {
-      for (position.x = 0; position.x < grid.x; ++position.x, ++index) {
-        T* out = box.labels + position.x * block.x + position.y * block.y * box.row_stride +
-                 position.z * block.z * box.plane_stride;
+  for (position.z = begin; position.z < end; ++position.z) {
+    for (position.y = 0; position.y < grid_.y; ++position.y) {
+      for (position.x = 0; position.x < grid_.x; ++position.x, ++index) {
+        T* voxels = out.labels + position.x * block_.x + position.y * block_.y * out.row_stride +
+                    (position.z - begin) * block_.z * out.plane_stride;
         const std::uint64_t seen =
-            decode_block(*stream, stream->block(index), block, valid_part(box.extent, block, position), out,
-                         box.row_stride, box.plane_stride);
+            decode_block(*this, block(index), block_, valid_part(extent_, block_, position), voxels,
+                         out.row_stride, out.plane_stride);
         if (seen > std::numeric_limits<T>::max()) {
           return fail(ErrorCode::kMalformed,
                       fmt::format("{}: a label exceeds {} bits", describe(position), 8 * sizeof(T)));
@@ -198,14 +210,24 @@ Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t> wor
   return {};
 }
 
-template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>,
-                                                       const LabelBox<std::uint8_t>&, const BlockSize&);
-template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>,
-                                                       const LabelBox<std::uint16_t>&, const BlockSize&);
-template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>,
-                                                       const LabelBox<std::uint32_t>&, const BlockSize&);
-template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>,
-                                                       const LabelBox<std::uint64_t>&, const BlockSize&);
+template <class T>
+Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t> words, const LabelBox<T>& box,
+                                              const BlockSize& block) {
+  const auto stream = CompressedSegmentation::open(words, box.extent, block, kTableWords<T>);
+  if (!stream) return tl::unexpected(stream.error());
+  return stream->decode_layers(0, stream->grid().z, box);
+}
+
+#define CVR_INSTANTIATE(T)                                                                                   \
+  template Expected<void> CompressedSegmentation::decode_layers(std::uint64_t, std::uint64_t,                \
+                                                                const LabelBox<T>&) const;                   \
+  template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>, const LabelBox<T>&, \
+                                                         const BlockSize&);
+CVR_INSTANTIATE(std::uint8_t)
+CVR_INSTANTIATE(std::uint16_t)
+CVR_INSTANTIATE(std::uint32_t)
+CVR_INSTANTIATE(std::uint64_t)
+#undef CVR_INSTANTIATE
 
 CompressedSegmentationWords count_words(std::span<const std::uint32_t> words, const Extent& extent,
                                         const BlockSize& block) {

@@ -5,10 +5,17 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 
 #include "volumes/volume.hpp"
 
 namespace cvr::volumes {
+
+/// Where a volume comes from, as its file says; a field is empty where the file says nothing.
+struct Provenance {
+  std::string name, source, licence;
+  bool operator==(const Provenance&) const = default;
+};
 
 /// Something that can give the voxels of any box: a file, a generator, or memory.
 class VolumeSource {
@@ -20,6 +27,7 @@ class VolumeSource {
   virtual void read(const Box& box, std::byte* out) const = 0;
   /// All voxels if they lie in memory already, else nullptr.
   virtual const std::byte* data() const { return nullptr; }
+  virtual Provenance provenance() const { return {}; }
 };
 
 /// A source over voxels that somebody else owns.

@@ -1,13 +1,18 @@
 // Reading and writing volume files; the format follows from the name.
 //
-//   FILE.h5:/path/to/dataset   HDF5; without a path the only dataset; FILE.h5:/dataset[T] for step T of a 4D series (t z y x)
-//   FILE.nrrd FILE.nhdr        NRRD, raw and gzip, attached and detached
-//   FILE.nii FILE.nii.gz       NIfTI-1
-//   FILE.raw                   raw voxels, x fastest, beside a sidecar FILE.raw.yaml
-//   FOLDER or FOLDER/SCALE     Neuroglancer precomputed (a folder with an `info` file)
+//   FILE.h5:/path/to/dataset   HDF5; without a path the only dataset; FILE.h5:/dataset[T] for step T of a 4D
+//   series (t z y x) FILE.nrrd FILE.nhdr        NRRD, raw and gzip, attached and detached FILE.nii
+//   FILE.nii.gz       NIfTI-1; FILE.nii[T] for step T of a 4D series FILE.raw                   raw voxels, x
+//   fastest, beside a sidecar FILE.raw.yaml; mapped, data() without a copy FOLDER or FOLDER/SCALE
+//   Neuroglancer precomputed (a folder with an `info` file); written for a name that ends in "/" or
+//                              ".precomputed", u8 and u16 labels as u32
+//
+// Sources read boxes without the rest of the file, except gzipped NRRD and NIfTI, which inflate into memory
+// at the first read. Writers draw slabs, so the volume need not fit into memory.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "volumes/error.hpp"
@@ -15,14 +20,20 @@
 
 namespace cvr::volumes {
 
-/// Opens a volume file for reading by boxes. Throws InputError that names the file, the position (byte offset, header line or
+/// Opens a volume file for reading by boxes. `kind` goes before what the file says: the formats that cannot
+/// say it and u8 volumes leave it open. Signed integers become unsigned labels; a negative one is an error
+/// when it is read. Throws InputError that names the file, the position (byte offset, header line or
 /// attribute) and what was expected.
-std::unique_ptr<VolumeSource> open_volume(const std::string& path);
+std::unique_ptr<VolumeSource> open_volume(const std::string& path,
+                                          std::optional<VolumeKind> kind = std::nullopt);
 
-/// Writes a volume from slabs of its source. Throws InputError (an existing file is replaced only when complete).
+/// Writes a volume from slabs of its source. An existing file or precomputed folder is replaced as a whole,
+/// and only when the new one is complete. Throws InputError, also for what the format cannot hold (NIfTI:
+/// more than 32767 voxels an axis, units that are no lengths).
 void write_volume(const std::string& path, const VolumeSource& source);
 
-/// Whether the name is that of a volume file or folder, as opposed to an encoded file.
+/// Whether the name is that of a volume file or folder, as opposed to an encoded file. Looks at the disk only
+/// for folders.
 bool is_volume_path(const std::string& path);
 
 }  // namespace cvr::volumes

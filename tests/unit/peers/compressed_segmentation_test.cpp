@@ -203,12 +203,14 @@ TEST(CompressedSegmentation, EveryTruncationIsAnError) {
 
 TEST(CompressedSegmentation, AnnouncedExtentsAllocateNothing) {
   const std::vector<std::uint32_t> words{1, 0, 0, 5};
-  const std::uint64_t huge = std::uint64_t{1} << 40;
+  const std::uint64_t huge = 0xffffffffu;
   for (const Extent& extent : {Extent{huge, 1, 1}, Extent{huge, huge, huge}, Extent{1, huge, huge}}) {
     const auto stream = CompressedSegmentation::open(words, extent, {1, 1, 1}, 1);
     ASSERT_FALSE(stream);
     EXPECT_EQ(stream.error().code, ErrorCode::kTruncated);
   }
+  EXPECT_EQ(CompressedSegmentation::open(words, {huge + 1, 1, 1}, {64, 1, 1}, 1).error().code,
+            ErrorCode::kTooLarge);
 }
 
 TEST(CompressedSegmentation, RefusesBlockEdgesOutOfRange) {

@@ -1,0 +1,88 @@
+#include "experiments/cells.hpp"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <xxhash.h>
+
+#include <map>
+
+namespace cvr::experiments {
+
+namespace {
+
+/// Counts changes of what the stages measure: rows of other versions are not the same cell.
+constexpr int kMeasurementVersion = 1;
+
+}  // namespace
+
+std::string_view name_of(Stage stage) {
+  switch (stage) {
+    case Stage::kEncode:
+      return "encode";
+    case Stage::kDecode:
+      return "decode";
+    case Stage::kRandomAccess:
+      return "random-access";
+  }
+  return "?";
+}
+
+std::optional<Stage> stage_from_name(std::string_view name) {
+  for (const Stage stage : kStages) {
+    if (name_of(stage) == name) return stage;
+  }
+  return std::nullopt;
+}
+
+std::string Cell::line_key() const {
+  const volumes::Extent extent = dataset->generator ? dataset->generated_extent() : dataset->extent;
+  return fmt::format("{}|{}|{}|{}|{}", dataset->name, to_string(extent), codec, parameters.canonical(),
+                     threads.text);
+}
+
+std::string Cell::row_key() const { return fmt::format("{}|{}", line_key(), name_of(stage)); }
+
+std::string Cell::describe() const {
+  const std::string values = parameters.canonical();
+  return fmt::format("{} {}{}{} {}, {} thread{}", dataset->name, codec, values.empty() ? "" : " ", values,
+                     name_of(stage), threads.count, threads.count == 1 ? "" : "s");
+}
+
+std::string canonical_text(const Cell& cell, const std::string& data_identity) {
+  return fmt::format(
+      "measurement={}\ndataset={}\ndata={}\nbytes_per_voxel={}\ncodec={}\nversion={}\nparameters={}\nstage={}"
+      "\nthreads={}\n",
+      kMeasurementVersion, cell.dataset->name, data_identity, cell.dataset->bytes_per_voxel, cell.codec,
+      cell.codec_version, cell.parameters.canonical(), name_of(cell.stage), cell.threads.count);
+}
+
+std::string cell_id(const Cell& cell, const std::string& data_identity) {
+  const std::string text = canonical_text(cell, data_identity);
+  return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+}
+
+bool Filter::keeps(const Cell& cell) const {
+  std::map<std::string, bool> kept;
+  for (const auto& [key, glob] : only) {
+    std::string value;
+    if (key == "dataset") {
+      value = cell.dataset->name;
+    } else if (key == "codec") {
+      value = cell.codec;
+    } else if (key == "stage") {
+      value = name_of(cell.stage);
+    } else if (key == "threads") {
+      value = std::to_string(cell.threads.count);
+    } else if (const auto found = cell.parameters.values().find(key);
+               found != cell.parameters.values().end()) {
+      value = found->second;
+    }
+    kept[key] = kept[key] || fnmatch(glob.c_str(), value.c_str(), 0) == 0;
+  }
+  for (const auto& [key, any] : kept) {
+    if (!any) return false;
+  }
+  return true;
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,62 @@
+// A cell: data set x codec x parameters x stage x threads. Each has an id made of what it is, so that
+// finished work is found again: the hash of its canonical text, in which the data set stands with its
+// identity and the codec with its version.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "codecs/codec.hpp"
+#include "experiments/datasets.hpp"
+
+namespace cvr::experiments {
+
+enum class Stage : std::uint8_t { kEncode, kDecode, kRandomAccess };
+inline constexpr std::array kStages{Stage::kEncode, Stage::kDecode, Stage::kRandomAccess};
+/// "encode", "decode", "random-access".
+std::string_view name_of(Stage stage);
+std::optional<Stage> stage_from_name(std::string_view name);
+
+/// The pseudo codec of the first line of a table: copies the voxels, the speed of light of this machine.
+inline constexpr std::string_view kMemcpy = "memcpy";
+
+/// "1", "16" or "all": all is the number of cores here.
+struct Threads {
+  std::string text;
+  unsigned count = 1;
+};
+
+struct Cell {
+  std::shared_ptr<const Dataset> dataset;
+  std::string codec;  ///< an id of the registry, or kMemcpy
+  std::uint32_t codec_version = 0;
+  codecs::Parameters parameters;
+  Stage stage = Stage::kEncode;
+  Threads threads;
+
+  /// What joins the cells of one table line across stages and runs: data set, extent, codec, parameters,
+  /// threads.
+  std::string line_key() const;
+  /// line_key and stage: finds a cell's row without its data being present.
+  std::string row_key() const;
+  /// "cells csgvr brick=32 encode, 2 threads".
+  std::string describe() const;
+};
+
+/// The text whose hash is the id.
+std::string canonical_text(const Cell& cell, const std::string& data_identity);
+/// 16 hexadecimal digits: XXH3-64 of the canonical text.
+std::string cell_id(const Cell& cell, const std::string& data_identity);
+
+/// Keeps a cell: every key of `only` (dataset, codec, stage, threads, or a parameter's name) has a matching
+/// glob.
+struct Filter {
+  std::vector<std::pair<std::string, std::string>> only;
+  bool keeps(const Cell& cell) const;
+};
+
+}  // namespace cvr::experiments

@@ -1,0 +1,73 @@
+#include "experiments/cli/app.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <new>
+#include <system_error>
+
+#include "experiments/build_info.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/worker_process.hpp"
+#include "experiments/yaml_reader.hpp"
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+int complain(int exit_code, const std::string& text) {
+  std::string line = text;
+  for (char& c : line) c = c == '\n' ? ' ' : c;
+  fmt::print(stderr, "cvrbench: {}\n", line);
+  return exit_code;
+}
+
+std::string expected_command(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App* a) { return !a->get_group().empty(); })) {
+    names.push_back(command->get_name());
+  }
+  const std::string found = argc > 1 ? argv[1] : "";
+  return fmt::format("expected one of the commands {}, found {}{} (see cvrbench --help)", fmt::join(names, ", "),
+                     found.empty() ? "none" : "'" + found + "'", did_you_mean(found, names));
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, const Environment& environment) {
+  CLI::App app{"Measures how small, how fast and how exact compressed volumes are.", "cvrbench"};
+  app.set_version_flag("--version",
+                       fmt::format("cvrbench {} ({})", build_info::kVersion, build_info::kRevision));
+  app.require_subcommand(1);
+  app.footer(
+      "Exit codes: 0 ok, 1 a check failed, 2 usage or configuration, 3 environment. Rates are percent of the "
+      "original's bytes.");
+  int exit_code = kExitOk;
+  add_run_commands(app, environment, exit_code);
+  add_list_command(app, environment, exit_code);
+  add_volume_commands(app, exit_code);
+  add_codec_commands(app, exit_code);
+  add_inspection_commands(app, exit_code);
+  try {
+    app.parse(argc, argv);
+    return exit_code;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    if (app.get_subcommands().empty()) return complain(kExitUsage, expected_command(app, argc, argv));
+    std::string command;
+    for (const CLI::App* sub : app.get_subcommands()) command += " " + sub->get_name();
+    return complain(kExitUsage, fmt::format("{} (see cvrbench{} --help)", error.what(), command));
+  } catch (const volumes::InputError& error) {
+    return complain(kExitUsage, error.what());
+  } catch (const EnvironmentError& error) {
+    return complain(kExitEnvironment, error.what());
+  } catch (const std::system_error& error) {
+    return complain(kExitEnvironment, error.what());
+  } catch (const std::bad_alloc&) {
+    return complain(kExitEnvironment, "not enough memory");
+  } catch (const std::exception& error) {
+    return complain(kExitEnvironment, error.what());
+  }
+}
+
+}  // namespace cvr::experiments::cli

@@ -1,0 +1,19 @@
+// The command line. Results go to standard output, progress and errors to standard error.
+//
+// Exit codes: 0 ok, 1 a check failed, 2 usage or configuration, 3 the environment (no process, no disk, no
+// memory).
+#pragma once
+
+#include <string>
+
+namespace cvr::experiments::cli {
+
+struct Environment {
+  std::string program;  ///< path of this program, for worker processes
+  std::string data;     ///< the folder that ${CVRBENCH_DATA} stands for; may be empty
+  std::string cache;    ///< folder for raw copies of data sets
+};
+
+int run_command_line(int argc, char** argv, const Environment& environment);
+
+}  // namespace cvr::experiments::cli

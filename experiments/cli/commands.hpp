@@ -1,0 +1,42 @@
+// Each command group adds its commands to the application; a command that is given sets the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "experiments/cli/app.hpp"
+#include "experiments/datasets.hpp"
+#include "experiments/rows.hpp"
+#include "volumes/error.hpp"
+
+namespace cvr::experiments::cli {
+
+inline constexpr int kExitOk = 0, kExitCheckFailed = 1, kExitUsage = 2, kExitEnvironment = 3;
+
+void add_run_commands(CLI::App& app, const Environment& environment,
+                      int& exit_code);  // run, plan, table, worker
+void add_list_command(CLI::App& app, const Environment& environment, int& exit_code);  // list
+void add_volume_commands(CLI::App& app, int& exit_code);                               // generate, convert
+void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate
+void add_inspection_commands(CLI::App& app, int& exit_code);  // inspect, at, error
+
+/// "X,Y,Z" with positive integers. Throws InputError.
+volumes::Extent parse_extent(const std::string& text);
+
+/// The whole file. Throws InputError.
+volumes::Buffer read_file(const std::string& path);
+/// Writes under a temporary name and renames. Throws InputError for a path that cannot be, EnvironmentError
+/// when writing fails.
+void write_file(const std::string& path, std::span<const std::byte> bytes);
+/// One JSON value and a line end on standard output.
+void print_json(const Row& object);
+
+/// "FILE: message" as an InputError.
+[[noreturn]] void fail_on_file(const std::string& path, const volumes::Error& error);
+
+/// The folder of data set descriptions: `given`, or the first that exists of datasets/ beside the
+/// configuration or above it, configs/datasets below the current folder and that of the source tree.
+std::string find_catalogue(const std::string& given, const std::string& config_path);
+
+}  // namespace cvr::experiments::cli

@@ -1,0 +1,139 @@
+// list codecs | datasets | metrics
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "codecs/registry.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/metrics.hpp"
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+Row describe_parameter(const codecs::ParameterSpec& spec) {
+  Row p;
+  p["name"] = spec.name;
+  p["type"] = name_of(spec.type);
+  p["default"] = spec.default_value;
+  p["range"] = describe_range(spec);
+  p["description"] = spec.description;
+  return p;
+}
+
+Row describe_codec(const codecs::Codec& codec) {
+  const codecs::Traits& t = codec.traits();
+  Row c;
+  c["id"] = t.id;
+  c["version"] = t.version;
+  c["family"] = t.family;
+  c["summary"] = t.summary;
+  c["lossless"] = t.lossless;
+  c["types"] = Row::array();
+  for (const auto type : t.types) c["types"].push_back(name_of(type));
+  c["access"] = name_of(t.access);
+  c["levels_of_detail"] = t.levels_of_detail;
+  c["stored_compressed"] = t.stored_compressed;
+  c["parameters"] = Row::array();
+  for (const auto& spec : codec.parameters()) c["parameters"].push_back(describe_parameter(spec));
+  return c;
+}
+
+void list_codecs(bool json) {
+  Row all = Row::array();
+  for (const codecs::Codec* codec : codecs::all_codecs()) all.push_back(describe_codec(*codec));
+  if (json) return print_json(all);
+  for (const codecs::Codec* codec : codecs::all_codecs()) {
+    const codecs::Traits& t = codec->traits();
+    fmt::print("{:<15} {}; {}, version {}, access by {}{}\n", t.id, t.summary,
+               t.lossless ? "lossless" : "lossy", t.version, name_of(t.access),
+               t.levels_of_detail ? ", levels of detail" : "");
+    for (const auto& spec : codec->parameters()) {
+      fmt::print("{:<17}{}={}  ({})  {}\n", "", spec.name, spec.default_value, describe_range(spec),
+                 spec.description);
+    }
+  }
+}
+
+Row describe_dataset(const Dataset& d, const Location& location) {
+  Row j;
+  j["name"] = d.name;
+  j["title"] = d.title;
+  j["kind"] = name_of(d.kind);
+  j["type"] = name_of(d.type);
+  j["extent"] = {d.extent.x, d.extent.y, d.extent.z};
+  j["labels"] = d.labels == 0 ? Row(nullptr) : Row(d.labels);
+  j["licence"] = d.licence;
+  j["citation"] = d.citation;
+  j["origin"] = d.origin;
+  j["file"] = d.file;
+  j["generator"] = d.generator ? Row(d.generator->kind) : Row(nullptr);
+  j["stand_in_for"] = d.stand_in_for;
+  j["present"] = location.present;
+  j["reason"] = location.missing;
+  return j;
+}
+
+void list_datasets(const std::string& folder, const Environment& environment, bool json) {
+  const Catalogue catalogue = Catalogue::from_folder(find_catalogue(folder, ""));
+  const Places places{environment.data, environment.cache};
+  Row all = Row::array();
+  for (const Dataset& dataset : catalogue.all()) {
+    Dataset small = dataset;  // where it is does not depend on how large its stand-in would be made
+    small.scale = 1e-4;
+    const Location location = locate(small, places);
+    if (json) {
+      all.push_back(describe_dataset(dataset, location));
+      continue;
+    }
+    const std::string where = !location.present        ? "absent: " + location.missing
+                              : !location.path.empty() ? "present"
+                              : dataset.file.empty()   ? "generated"
+                                                       : "absent, a generated stand-in takes its place";
+    fmt::print("{:<26} {:<7} {:<3} {:>16}  {}\n{:<28}{}\n", dataset.name, name_of(dataset.kind),
+               name_of(dataset.type), to_string(dataset.extent), dataset.title, "", where);
+  }
+  if (json) print_json(all);
+}
+
+void list_metrics(bool json) {
+  Row all = Row::array();
+  for (const Metric& metric : all_metrics()) {
+    all.push_back({{"name", metric.name}, {"heading", metric.heading}, {"description", metric.description}});
+    if (!json) fmt::print("{:<21} {:<17} {}\n", metric.name, metric.heading, metric.description);
+  }
+  if (json) print_json(all);
+}
+
+struct ListOptions {
+  std::string what, datasets, data;
+  bool json = false;
+};
+
+}  // namespace
+
+void add_list_command(CLI::App& app, const Environment& environment, int& exit_code) {
+  auto* command = app.add_subcommand("list", "Lists codecs, data sets or metrics");
+  auto options = std::make_shared<ListOptions>();
+  options->data = environment.data;
+  command->add_option("what", options->what, "codecs | datasets | metrics")->required();
+  command->add_option("--datasets", options->datasets, "folder of data set descriptions");
+  command->add_option("--data", options->data, "folder that ${CVRBENCH_DATA} stands for");
+  command->add_flag("--json", options->json, "an array of objects on standard output");
+  command->callback([options, &environment, &exit_code] {
+    Environment here = environment;
+    here.data = options->data;
+    exit_code = kExitOk;
+    if (options->what == "codecs") return list_codecs(options->json);
+    if (options->what == "datasets") return list_datasets(options->datasets, here, options->json);
+    if (options->what == "metrics") return list_metrics(options->json);
+    if (options->what == "caches" || options->what == "devices") {
+      throw volumes::InputError(fmt::format(
+          "list {}: this build has no renderer; expected codecs, datasets or metrics", options->what));
+    }
+    throw volumes::InputError(
+        fmt::format("list: expected codecs, datasets or metrics, found '{}'", options->what));
+  });
+}
+
+}  // namespace cvr::experiments::cli

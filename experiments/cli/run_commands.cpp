@@ -1,0 +1,263 @@
+// run, plan, table, and the hidden worker
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <set>
+
+#include "experiments/cli/commands.hpp"
+#include "experiments/runner.hpp"
+#include "experiments/tables.hpp"
+#include "experiments/worker.hpp"
+#include "experiments/worker_process.hpp"
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+volatile std::sig_atomic_t interrupted = 0;
+
+extern "C" void note_interrupt(int) { interrupted = 1; }
+
+struct RunChoices {
+  std::vector<std::string> configs, only, settings;
+  std::string out, datasets, data, cache, format = "md", table;
+  bool resume = false, force = false;
+};
+
+Filter parse_filter(const std::vector<std::string>& only) {
+  Filter filter;
+  for (const std::string& text : only) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw volumes::InputError(fmt::format(
+          "--only {}: expected KEY=GLOB with dataset, codec, stage, threads or a parameter", text));
+    }
+    filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return filter;
+}
+
+Config load(const RunChoices& choices, const std::string& path) {
+  return load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
+}
+
+std::string default_out(const RunChoices& choices) {
+  return choices.out.empty() ? (fs::path("out") / fs::path(choices.configs.front()).stem()).string()
+                             : choices.out;
+}
+
+void show_progress(const Progress& progress) {
+  if (isatty(STDERR_FILENO) == 0) {
+    if (progress.cell_ended || progress.text.find(": preparing ") != std::string::npos) {
+      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total, progress.text);
+    }
+    return;
+  }
+  constexpr std::size_t kWidth = 24;
+  const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
+  fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{} {:.90}", "", filled, "", kWidth - filled, progress.done,
+             progress.total, progress.text);
+  std::fflush(stderr);
+}
+
+void install_signal_handlers() {
+  struct sigaction action {};
+  action.sa_handler = note_interrupt;  // without SA_RESTART: the wait for a worker must end
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  write_file(path.string(), std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void print_tables(const Config& config, const std::string& out, std::set<std::string>& names) {
+  const auto rows = load_rows((fs::path(out) / "rows.jsonl").string());
+  const fs::path folder = fs::path(out) / "tables";
+  fs::create_directories(folder);
+  for (const TableSpec& spec : config.tables) {
+    const Table table = make_table(spec, config, rows);
+    fmt::print("{}\n", render(table, TableFormat::kMarkdown));
+    std::string name = spec.name;
+    if (!names.insert(name).second) name = fs::path(config.path).stem().string() + "-" + name;
+    write_text(folder / (name + ".md"), render(table, TableFormat::kMarkdown));
+    write_text(folder / (name + ".csv"), render(table, TableFormat::kCsv));
+    write_text(folder / (name + ".tex"), render(table, TableFormat::kLatex));
+  }
+}
+
+int run(const RunChoices& choices, const Environment& environment) {
+  if (choices.resume && choices.force) throw volumes::InputError("expected --resume or --force, found both");
+  std::vector<Config> configs;
+  for (const std::string& path : choices.configs) configs.push_back(load(choices, path));
+  const std::string out = default_out(choices);
+  const std::string rows_path = (fs::path(out) / "rows.jsonl").string();
+  std::error_code error;
+  if (!choices.resume && !choices.force && fs::exists(rows_path, error) &&
+      fs::file_size(rows_path, error) > 0) {
+    throw volumes::InputError(fmt::format(
+        "{}: expected no rows yet; --resume goes on with what is not done, --force measures all again, "
+        "--out DIR writes elsewhere",
+        rows_path));
+  }
+  RunOptions options;
+  options.out = out;
+  options.program = environment.program;
+  options.places = {choices.data, choices.cache};
+  options.filter = parse_filter(choices.only);
+  options.progress = show_progress;
+  options.interrupted = &interrupted;
+  install_signal_handlers();
+  int exit_code = kExitOk;
+  std::map<std::string, std::size_t> statuses;
+  std::size_t skipped = 0;
+  for (const Config& config : configs) {
+    options.redo = choices.force && &config == &configs.front();
+    const RunSummary summary = run_config(config, options);
+    for (const auto& [status, count] : summary.by_status) statuses[status] += count;
+    skipped += summary.skipped;
+    if (summary.total == 0)
+      throw volumes::InputError(fmt::format("{}: expected cells that --only keeps, found none", config.path));
+    if (summary.interrupted) {
+      fmt::print(stderr, "\ncvrbench: interrupted; {} keeps what is done, --resume goes on\n", rows_path);
+      signal(SIGINT, SIG_DFL);
+      raise(SIGINT);
+    }
+  }
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
+  std::set<std::string> names;
+  for (Config& config : configs) {
+    std::erase_if(config.cells, [&](const Cell& cell) { return !options.filter.keeps(cell); });
+    print_tables(config, out, names);
+  }
+  std::string counts = skipped > 0 ? fmt::format("{} done before", skipped) : "";
+  for (const auto& [status, count] : statuses)
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, status);
+  fmt::print("Cells: {}. Rows: {}. Tables: {}\n", counts, rows_path, (fs::path(out) / "tables").string());
+  if (statuses.contains(std::string(kFailed))) exit_code = kExitCheckFailed;
+  return exit_code;
+}
+
+int plan(const RunChoices& choices) {
+  for (const std::string& path : choices.configs) {
+    const Config config = load(choices, path);
+    const auto rows = load_rows((fs::path(default_out(choices)) / "rows.jsonl").string());
+    const auto cells =
+        plan_cells(config, parse_filter(choices.only), {choices.data, choices.cache}, rows, choices.force);
+    std::map<Decision, std::size_t> counts;
+    double seconds = 0;
+    std::uint64_t memory = 0;
+    bool modelled = false;
+    for (const PlannedCell& planned : cells) {
+      ++counts[planned.decision];
+      fmt::print("{:<12} {}  {}", name_of(planned.decision), planned.id, planned.cell.describe());
+      if (!planned.reason.empty()) fmt::print("  ({})", planned.reason);
+      if (planned.decision == Decision::kRun) {
+        fmt::print("  {} {:.1f} s, {:.0f} MiB", planned.expected_from_rows ? "as before" : "about",
+                   planned.expected_seconds, static_cast<double>(planned.expected_memory) / (1 << 20));
+        seconds += planned.expected_seconds;
+        memory = std::max(memory, planned.expected_memory);
+        modelled = modelled || !planned.expected_from_rows;
+      }
+      fmt::print("\n");
+    }
+    fmt::print(
+        "{}: {} to run, {} done, {} unsupported, {} with missing data; about {:.0f} s{}, up to {:.0f} MiB a "
+        "process\n",
+        path, counts[Decision::kRun], counts[Decision::kDone], counts[Decision::kUnsupported],
+        counts[Decision::kDataMissing], seconds,
+        modelled ? " (of cells without rows: 50 Mvoxel/s and thread, 0.5 s a round of random access)" : "",
+        static_cast<double>(memory) / (1 << 20));
+  }
+  return kExitOk;
+}
+
+int table(const RunChoices& choices) {
+  const auto format = table_format_from_name(choices.format);
+  const Config config = load(choices, choices.configs.front());
+  const std::string rows_path = (fs::path(choices.out) / "rows.jsonl").string();
+  if (!fs::exists(rows_path))
+    throw volumes::InputError(fmt::format("{}: expected the rows of a run, found none", rows_path));
+  const auto rows = load_rows(rows_path);
+  bool found = false;
+  for (const TableSpec& spec : config.tables) {
+    if (!choices.table.empty() && spec.name != choices.table) continue;
+    fmt::print("{}{}", found ? "\n" : "", render(make_table(spec, config, rows), *format));
+    found = true;
+  }
+  if (!found)
+    throw volumes::InputError(
+        fmt::format("{}: expected a table '{}', found none", config.path, choices.table));
+  return kExitOk;
+}
+
+void add_common(CLI::App& command, RunChoices& c) {
+  command
+      .add_option("--set", c.settings,
+                  "KEY=VALUE for a top-level key with a simple value, for instance scale=1")
+      ->allow_extra_args(false);
+  command.add_option("--datasets", c.datasets,
+                     "folder of data set descriptions (default: datasets beside the configuration or above)");
+}
+
+void add_data_options(CLI::App& command, RunChoices& c) {
+  command
+      .add_option("--only", c.only,
+                  "KEY=GLOB: dataset, codec, stage, threads or a parameter; the same key twice means either")
+      ->allow_extra_args(false);
+  command.add_option("--data", c.data,
+                     "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");
+  command.add_option("--cache", c.cache,
+                     "folder for raw copies of data sets (default: cvrbench in the user's cache folder)");
+}
+
+}  // namespace
+
+void add_run_commands(CLI::App& app, const Environment& environment, int& exit_code) {
+  auto c = std::make_shared<RunChoices>();
+  c->data = environment.data;
+  c->cache = environment.cache;
+
+  auto* running = app.add_subcommand(
+      "run", "Measures the cells of configurations; appends rows to DIR/rows.jsonl and prints tables");
+  running->add_option("configs", c->configs, "configuration files")->required();
+  running->add_option("--out", c->out,
+                      "folder for rows and tables (default: out/NAME of the first configuration)");
+  running->add_flag("--resume", c->resume, "keep the rows that are ok and measure the rest");
+  running->add_flag("--force", c->force, "measure all again; new rows count, old ones stay in the file");
+  add_common(*running, *c);
+  add_data_options(*running, *c);
+  running->callback([c, &environment, &exit_code] { exit_code = run(*c, environment); });
+
+  auto* planning = app.add_subcommand(
+      "plan", "Tells what run would do: cells to run, done, unsupported, without data; time and memory");
+  planning->add_option("configs", c->configs, "configuration files")->required();
+  planning->add_option("--out", c->out, "folder whose rows count as done (default: as run)");
+  planning->add_flag("--force", c->force, "as run");
+  add_common(*planning, *c);
+  add_data_options(*planning, *c);
+  planning->callback([c, &exit_code] { exit_code = plan(*c); });
+
+  auto* tabling = app.add_subcommand(
+      "table", "Prints a configuration's tables from rows, measured beside published figures");
+  tabling->add_option("config", c->configs, "configuration file")->required()->expected(1);
+  tabling->add_option("--results", c->out, "folder with rows.jsonl")->required();
+  tabling->add_option("--format", c->format, "md | csv | latex")
+      ->check(CLI::IsMember({"md", "csv", "latex"}));
+  tabling->add_option("--name", c->table, "only the table of this name");
+  add_common(*tabling, *c);
+  tabling->callback([c, &exit_code] { exit_code = table(*c); });
+
+  auto* working = app.add_subcommand("worker", "");
+  working->group("");
+  working->callback([&exit_code] { exit_code = serve_worker(std::cin, std::cout); });
+}
+
+}  // namespace cvr::experiments::cli

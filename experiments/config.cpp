@@ -1,0 +1,390 @@
+#include "experiments/config.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "codecs/registry.hpp"
+#include "experiments/metrics.hpp"
+#include "experiments/yaml_reader.hpp"
+#include "volumes/generators/generator.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+constexpr unsigned kMaxThreads = 4096;
+constexpr std::uint64_t kMaxCells = 100000;
+
+struct CodecChoice {
+  const codecs::Codec* codec;
+  codecs::Parameters parameters;
+};
+
+struct Block {
+  std::vector<std::shared_ptr<const Dataset>> datasets;
+  std::vector<CodecChoice> codecs;
+  std::vector<Stage> stages;
+  std::vector<Threads> threads{{"1", 1}};
+};
+
+std::vector<std::string> codec_ids() {
+  std::vector<std::string> ids;
+  for (const codecs::Codec* codec : codecs::all_codecs()) ids.emplace_back(codec->traits().id);
+  return ids;
+}
+
+volumes::Extent read_extent(const YamlValue& value) {
+  const auto axes = value.list("three extents [x, y, z]");
+  if (axes.size() != 3) value.expected("three extents [x, y, z]");
+  constexpr std::uint64_t kMaxAxis = std::uint64_t{1} << 20;
+  return {axes[0].integer(1, kMaxAxis), axes[1].integer(1, kMaxAxis), axes[2].integer(1, kMaxAxis)};
+}
+
+const Dataset& find_dataset(const YamlValue& value, const Catalogue& catalogue) {
+  const std::string name = value.text("the name of a data set");
+  const Dataset* found = catalogue.find(name);
+  if (found == nullptr) {
+    value.expected("the name of a data set ('list datasets' names them)" +
+                   did_you_mean(name, catalogue.names()));
+  }
+  return *found;
+}
+
+/// A volume that only this configuration describes.
+Dataset read_generated(const YamlValue& value) {
+  Dataset dataset;
+  GeneratorChoice choice;
+  const volumes::GeneratorInfo* info = nullptr;
+  value.fields(
+      {{"generator",
+        [&](const YamlValue& v) {
+          std::vector<std::string> kinds;
+          choice.kind = v.text("a kind of generator");
+          for (const auto& generator : volumes::all_generators()) {
+            kinds.emplace_back(generator.kind);
+            if (generator.kind == choice.kind) info = &generator;
+          }
+          if (info == nullptr)
+            v.expected(fmt::format("one of {}", fmt::join(kinds, ", ")) + did_you_mean(choice.kind, kinds));
+        },
+        true},
+       {"extent", [&](const YamlValue& v) { dataset.extent = read_extent(v); }, true},
+       {"seed", [&](const YamlValue& v) { choice.seed = v.integer(0, UINT64_MAX); }},
+       {"name", [&](const YamlValue& v) { dataset.name = v.text("a name"); }},
+       {"scale", [&](const YamlValue& v) { dataset.scale = v.number(1e-4, 1); }},
+       {"bytes_per_voxel",
+        [&](const YamlValue& v) { dataset.bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8)); }},
+       {"parameters", [&](const YamlValue& v) {
+          for (const auto& [name, number] : v.entries())
+            choice.parameters[name.text()] = number.number(-1e300, 1e300);
+        }}});
+  try {
+    dataset.type =
+        volumes::make_generator(choice.kind, {1, 1, 1}, choice.seed, choice.parameters, 1)->info().type;
+  } catch (const InputError& error) {
+    value.reject(error.what());
+  }
+  dataset.kind = info->volume_kind;
+  dataset.title = info->summary;
+  if (dataset.name.empty()) dataset.name = fmt::format("{}-{}", choice.kind, to_string(dataset.extent));
+  dataset.generator = choice;
+  return dataset;
+}
+
+Dataset read_dataset(const YamlValue& value, const Catalogue& catalogue) {
+  if (!value.is_map()) return find_dataset(value, catalogue);
+  for (const auto& [key, unused] : value.entries()) {
+    if (key.text() == "generator") return read_generated(value);
+  }
+  Dataset dataset;
+  std::optional<double> scale;
+  std::optional<volumes::Extent> extent;
+  std::uint32_t bytes_per_voxel = 0;
+  value.fields({{"name", [&](const YamlValue& v) { dataset = find_dataset(v, catalogue); }, true},
+                {"scale", [&](const YamlValue& v) { scale = v.number(1e-4, 1); }},
+                {"extent", [&](const YamlValue& v) { extent = read_extent(v); }},
+                {"bytes_per_voxel",
+                 [&](const YamlValue& v) { bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8)); }}});
+  if ((scale || extent) && !dataset.generator)
+    value.reject("expected a scale or extent only for what is generated, found a file");
+  if (scale) dataset.scale = *scale;
+  if (extent) dataset.extent = *extent;
+  dataset.bytes_per_voxel = bytes_per_voxel;
+  return dataset;
+}
+
+/// "8", or "8,8,1" from [8, 8, 1].
+std::string parameter_text(const YamlValue& value) {
+  if (!value.is_list()) return value.text("a value");
+  std::vector<std::string> parts;
+  for (const YamlValue& part : value.list("numbers")) parts.push_back(part.text("a number"));
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
+void read_codec(const YamlValue& value, std::vector<CodecChoice>& choices) {
+  const codecs::Codec* codec = nullptr;
+  const auto read_id = [&](const YamlValue& v) {
+    const std::string id = v.text("the id of a codec");
+    codec = codecs::find_codec(id);
+    if (codec == nullptr) {
+      const auto ids = codec_ids();
+      v.expected(fmt::format("a codec of this build ({}){}", fmt::join(ids, ", "), did_you_mean(id, ids)));
+    }
+  };
+  if (!value.is_map()) {
+    read_id(value);
+    choices.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
+    return;
+  }
+  struct Axis {
+    YamlValue place;
+    std::string name;
+    std::vector<std::string> values;
+  };
+  std::vector<Axis> axes;
+  value.fields({{"id", read_id, true}, {"parameters", [&](const YamlValue& v) {
+                                          for (const auto& [name, values] : v.entries()) {
+                                            Axis axis{name, name.text(), {}};
+                                            for (const YamlValue& one : values.list_or_one("values"))
+                                              axis.values.push_back(parameter_text(one));
+                                            axes.push_back(std::move(axis));
+                                          }
+                                        }}});
+  // Each axis is checked alone first, so that the error points at it.
+  std::vector<std::vector<std::string>> products{{}};
+  for (const Axis& axis : axes) {
+    std::vector<std::vector<std::string>> longer;
+    for (const std::string& one : axis.values) {
+      const std::string assignment = axis.name + "=" + one;
+      const auto checked = codecs::Parameters::parse(codec->parameters(), std::span(&assignment, 1));
+      if (!checked) axis.place.reject(fmt::format("{}: {}", codec->traits().id, checked.error().message));
+      for (auto product : products) {
+        product.push_back(assignment);
+        longer.push_back(std::move(product));
+      }
+    }
+    products = std::move(longer);
+  }
+  for (const auto& product : products) {
+    auto parameters = codecs::Parameters::parse(codec->parameters(), product);
+    if (!parameters) value.reject(parameters.error().message);
+    choices.push_back({codec, std::move(*parameters)});
+  }
+}
+
+Threads read_threads(const YamlValue& value) {
+  if (value.is_scalar() && value.text() == "all")
+    return {"all", std::max(1u, std::thread::hardware_concurrency())};
+  const auto count = static_cast<unsigned>(value.integer(1, kMaxThreads));
+  return {std::to_string(count), count};
+}
+
+Block read_block(const YamlValue& value, const Catalogue& catalogue) {
+  Block block;
+  value.fields(
+      {{"datasets",
+        [&](const YamlValue& v) {
+          for (const YamlValue& one : v.list("data sets")) {
+            block.datasets.push_back(std::make_shared<Dataset>(read_dataset(one, catalogue)));
+          }
+        },
+        true},
+       {"codecs",
+        [&](const YamlValue& v) {
+          if (v.is_scalar() && v.text() == "all") {
+            for (const codecs::Codec* codec : codecs::all_codecs()) {
+              block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
+            }
+            return;
+          }
+          for (const YamlValue& one : v.list("codecs, or all")) read_codec(one, block.codecs);
+        },
+        true},
+       {"stages",
+        [&](const YamlValue& v) {
+          for (const YamlValue& one : v.list("stages")) {
+            const auto stage = stage_from_name(one.text("a stage"));
+            if (!stage) one.expected("encode, decode or random-access");
+            block.stages.push_back(*stage);
+          }
+        },
+        true},
+       {"threads", [&](const YamlValue& v) {
+          block.threads.clear();
+          for (const YamlValue& one : v.list_or_one("thread counts"))
+            block.threads.push_back(read_threads(one));
+        }}});
+  return block;
+}
+
+TableSpec read_table(const YamlValue& value, const std::string& config_path) {
+  TableSpec table;
+  value.fields(
+      {{"name", [&](const YamlValue& v) { table.name = v.text("a name"); }, true},
+       {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
+       {"rows",
+        [&](const YamlValue& v) {
+          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(one.text());
+        },
+        true},
+       {"columns",
+        [&](const YamlValue& v) {
+          for (const YamlValue& one : v.list("metrics")) {
+            if (find_metric(one.text()) == nullptr) {
+              one.expected("a metric ('list metrics' names them)" + did_you_mean(one.text(), metric_names()));
+            }
+            table.columns.push_back(one.text());
+          }
+        },
+        true},
+       {"where",
+        [&](const YamlValue& v) {
+          for (const auto& [key, glob] : v.entries())
+            table.where.emplace_back(key.text(), glob.text("a glob"));
+        }},
+       {"published", [&](const YamlValue& v) {
+          v.fields({{"file",
+                     [&](const YamlValue& f) {
+                       const auto beside =
+                           std::filesystem::path(config_path).parent_path() / f.text("a path");
+                       table.published_file = beside.lexically_normal().string();
+                       if (!std::filesystem::exists(table.published_file))
+                         f.expected("a file at " + table.published_file);
+                     },
+                     true},
+                    {"table", [&](const YamlValue& f) { table.published_table = f.text("a name"); }, true}});
+        }}});
+  if (table.name.find('/') != std::string::npos)
+    value.reject("expected a table name without '/', found " + table.name);
+  return table;
+}
+
+TestFault read_fault(const YamlValue& value) {
+  TestFault fault;
+  value.fields({{"fault",
+                 [&](const YamlValue& v) {
+                   fault.fault = v.text();
+                   static constexpr std::array kFaults{"crash", "hang", "oom", "mismatch"};
+                   if (std::ranges::find(kFaults, fault.fault) == kFaults.end())
+                     v.expected("crash, hang, oom or mismatch");
+                 },
+                 true},
+                {"codec", [&](const YamlValue& v) { fault.codec = v.text(); }},
+                {"stage", [&](const YamlValue& v) { fault.stage = v.text(); }}});
+  return fault;
+}
+
+/// Keys with simple values, which --set may name.
+std::vector<YamlValue::Field> simple_fields(Config& config) {
+  return {
+      {"title", [&](const YamlValue& v) { config.title = v.text("a title"); }},
+      {"scale", [&](const YamlValue& v) { config.scale = v.number(1e-4, 1); }},
+      {"rounds", [&](const YamlValue& v) { config.rounds = v.integer(1, 100000); }},
+      {"max_rounds", [&](const YamlValue& v) { config.max_rounds = v.integer(1, 1000000); }},
+      {"target_interval", [&](const YamlValue& v) { config.target_interval = v.number(1e-6, 1e6); }},
+      {"timeout_s", [&](const YamlValue& v) { config.timeout_s = v.number(0.01, 1e7); }},
+      {"memory_limit_gib", [&](const YamlValue& v) { config.memory_limit_gib = v.number(0.001, 1e6); }},
+      {"seed", [&](const YamlValue& v) { config.seed = v.integer(0, UINT64_MAX); }},
+      {"lods",
+       [&](const YamlValue& v) {
+         config.lods.clear();
+         if (v.is_scalar() && v.text() == "all") return;
+         for (const YamlValue& one : v.list("levels, or all"))
+           config.lods.push_back(static_cast<unsigned>(one.integer(0, 31)));
+       }},
+  };
+}
+
+void apply_setting(const std::string& setting, Config& config) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos)
+    throw InputError(fmt::format("--set {}: expected key=value, found no '='", setting));
+  const std::string key = setting.substr(0, equals);
+  const auto fields = simple_fields(config);
+  const auto field = std::ranges::find(fields, key, &YamlValue::Field::key);
+  if (field == fields.end()) {
+    std::vector<std::string> keys;
+    for (const auto& f : fields) keys.push_back(f.key);
+    throw InputError(fmt::format("--set {}: expected one of the keys {}, found '{}'{}", setting,
+                                 fmt::join(keys, ", "), key, did_you_mean(key, keys)));
+  }
+  field->read(YamlValue::from_text(setting.substr(equals + 1), "--set " + key));
+}
+
+std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config) {
+  std::vector<Cell> cells;
+  std::set<std::string> seen;
+  const auto add = [&](Cell cell) {
+    if (seen.insert(cell.row_key()).second) cells.push_back(std::move(cell));
+    if (cells.size() > kMaxCells)
+      throw InputError(fmt::format("{}: expected at most {} cells", config.path, kMaxCells));
+  };
+  for (const Block& block : blocks) {
+    for (const auto& described : block.datasets) {
+      auto dataset = described;
+      if (config.scale && dataset->generator) {
+        auto scaled = std::make_shared<Dataset>(*dataset);
+        scaled->scale = *config.scale;
+        dataset = scaled;
+      }
+      for (const Stage stage : block.stages) {
+        for (const Threads& threads : block.threads) {
+          if (stage != Stage::kRandomAccess) add({dataset, std::string(kMemcpy), 1, {}, stage, threads});
+          for (const CodecChoice& choice : block.codecs) {
+            const auto& traits = choice.codec->traits();
+            add({dataset, std::string(traits.id), traits.version, choice.parameters, stage, threads});
+          }
+        }
+      }
+    }
+  }
+  return cells;
+}
+
+std::string hash_config(const std::string& path, const std::vector<std::string>& settings) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  for (const std::string& setting : settings) text << '\n' << setting;
+  const std::string all = text.str();
+  return fmt::format("{:016x}", XXH3_64bits(all.data(), all.size()));
+}
+
+}  // namespace
+
+Config load_config(const std::string& path, const Catalogue& catalogue,
+                   const std::vector<std::string>& settings) {
+  Config config;
+  config.path = path;
+  std::vector<Block> blocks;
+  const YamlValue root = YamlValue::from_file(path);
+  auto fields = simple_fields(config);
+  fields.push_back({"matrix",
+                    [&](const YamlValue& v) {
+                      for (const YamlValue& one : v.list("blocks"))
+                        blocks.push_back(read_block(one, catalogue));
+                    },
+                    true});
+  fields.push_back({"tables", [&](const YamlValue& v) {
+                      for (const YamlValue& one : v.list("tables"))
+                        config.tables.push_back(read_table(one, path));
+                    }});
+  fields.push_back({"test_fault", [&](const YamlValue& v) { config.test_fault = read_fault(v); }});
+  root.fields(fields);
+  for (const std::string& setting : settings) apply_setting(setting, config);
+  if (config.max_rounds == 0) config.max_rounds = 3 * config.rounds;
+  if (config.max_rounds < config.rounds) root.reject("expected max_rounds of at least rounds");
+  config.hash = hash_config(path, settings);
+  config.cells = expand(blocks, config);
+  return config;
+}
+
+}  // namespace cvr::experiments

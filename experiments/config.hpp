@@ -1,0 +1,67 @@
+// A configuration: what is measured, how long, and which tables are made of it.
+//
+//   title: text                        scale: edge factor of all generated volumes (overrides the data sets'
+//   own) rounds: 9 (least number)           max_rounds: 3 x rounds target_interval: 0.05              width
+//   of the 95 % interval of the median / median at which a cell is done timeout_s: 120                     of
+//   a cell: its check, and all its rounds; a single step that takes longer is killed memory_limit_gib: 16 of
+//   a worker process, beyond the mapped input seed: 1                            of the order of the rounds
+//   and of the points of random access lods: all | [0, 1]                 levels of detail of random access
+//   matrix:                            a list of blocks; the cells are the union of their products
+//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4},
+//                  {generator: KIND, extent: [x, y, z], seed: 1, parameters: {..}, name: NAME}]
+//       codecs: all | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies
+//       the cells stages: [encode, decode, random-access] threads: [1, all]              default [1]
+//   tables:
+//     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
+//       where: {dataset|codec|threads|PARAMETER: GLOB}           published: {file: PATH beside this file,
+//       table: NAME}
+//   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose,
+//   for tests
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/cells.hpp"
+#include "experiments/datasets.hpp"
+
+namespace cvr::experiments {
+
+struct TableSpec {
+  std::string name, title;
+  std::vector<std::string>
+      rows;  ///< what labels a line: dataset, codec, parameters, threads, or a parameter's name
+  std::vector<std::string> columns;  ///< names of metrics
+  std::vector<std::pair<std::string, std::string>> where;
+  std::string published_file;  ///< empty if none
+  std::string published_table;
+};
+
+struct TestFault {
+  std::string fault, codec = "*", stage = "*";
+};
+
+struct Config {
+  std::string path, hash, title;
+  std::optional<double> scale;
+  std::uint64_t rounds = 9, max_rounds = 0;
+  double target_interval = 0.05;
+  double timeout_s = 120;
+  double memory_limit_gib = 16;
+  std::uint64_t seed = 1;
+  std::vector<unsigned> lods;  ///< empty: all
+  std::vector<Cell> cells;  ///< memcpy first for each data set, stage and number of threads; each cell once
+  std::vector<TableSpec> tables;
+  std::optional<TestFault> test_fault;
+};
+
+/// Reads a configuration; `settings` are "key=value" for its top-level keys with simple values and win over
+/// the file. Throws InputError.
+Config load_config(const std::string& path, const Catalogue& catalogue,
+                   const std::vector<std::string>& settings);
+
+}  // namespace cvr::experiments

@@ -1,0 +1,239 @@
+#include "experiments/datasets.hpp"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include "volumes/error.hpp"
+#include "volumes/generators/generator.hpp"
+#include "volumes/io/io.hpp"
+
+namespace cvr::experiments {
+
+namespace fs = std::filesystem;
+using volumes::Box;
+using volumes::Extent;
+using volumes::InputError;
+using volumes::VolumeInfo;
+using volumes::VolumeSource;
+
+namespace {
+
+constexpr std::string_view kDataVariable = "${CVRBENCH_DATA}";
+/// Files beyond this are identified by size, time stamp and their first and last bytes: reading them takes
+/// minutes.
+constexpr std::uint64_t kWholeHashLimit = std::uint64_t{8} << 30;
+constexpr std::uint64_t kEdgeBytes = 1 << 20;
+
+class Hash {
+ public:
+  Hash() : state_(XXH3_createState()) { XXH3_64bits_reset(state_); }
+  ~Hash() { XXH3_freeState(state_); }
+  Hash(const Hash&) = delete;
+  Hash& operator=(const Hash&) = delete;
+  void add(const void* data, std::size_t size) { XXH3_64bits_update(state_, data, size); }
+  void add(std::string_view text) { add(text.data(), text.size()); }
+  std::string digits() const { return fmt::format("{:016x}", XXH3_64bits_digest(state_)); }
+
+ private:
+  XXH3_state_t* state_;
+};
+
+void hash_range(Hash& hash, std::ifstream& in, std::uint64_t count) {
+  std::vector<char> block(kEdgeBytes);
+  while (count > 0) {
+    const std::uint64_t part = std::min<std::uint64_t>(count, block.size());
+    in.read(block.data(), static_cast<std::streamsize>(part));
+    hash.add(block.data(), static_cast<std::size_t>(in.gcount()));
+    if (static_cast<std::uint64_t>(in.gcount()) < part) return;
+    count -= part;
+  }
+}
+
+std::string hash_file(const fs::path& path) {
+  const std::uint64_t size = fs::file_size(path);
+  std::ifstream in(path, std::ios::binary);
+  Hash hash;
+  if (size <= kWholeHashLimit) {
+    hash_range(hash, in, size);
+    return hash.digits();
+  }
+  hash.add(fmt::format("{} {}", size, fs::last_write_time(path).time_since_epoch().count()));
+  hash_range(hash, in, kEdgeBytes);
+  in.seekg(static_cast<std::streamoff>(size - kEdgeBytes));
+  hash_range(hash, in, kEdgeBytes);
+  return hash.digits();
+}
+
+/// A Neuroglancer folder: its `info` and the names and sizes of all chunks.
+std::string hash_folder(const fs::path& path) {
+  std::vector<std::string> entries;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    if (entry.is_regular_file())
+      entries.push_back(
+          fmt::format("{} {}\n", entry.path().lexically_relative(path).string(), entry.file_size()));
+  }
+  std::ranges::sort(entries);
+  Hash hash;
+  for (const std::string& entry : entries) hash.add(entry);
+  if (fs::exists(path / "info")) hash.add(hash_file(path / "info"));
+  return hash.digits();
+}
+
+/// The file of "FILE.h5:/path[T]" and the like.
+std::string file_of(const std::string& volume_path) {
+  if (fs::exists(volume_path)) return volume_path;
+  const std::size_t colon = volume_path.rfind(":/");
+  if (colon != std::string::npos && colon > 0) return volume_path.substr(0, colon);
+  return volume_path.substr(0, volume_path.rfind('['));
+}
+
+std::string hash_probe(const VolumeSource& source) {
+  Hash hash;
+  const Extent& e = source.info().extent;
+  const auto probe = [&](const volumes::Coordinate& origin, std::uint64_t edge) {
+    const Box box{
+        origin,
+        {std::min(edge, e.x - origin.x), std::min(edge, e.y - origin.y), std::min(edge, e.z - origin.z)}};
+    std::vector<std::byte> voxels(box.size.voxels() * size_of(source.info().type));
+    source.read(box, voxels.data());
+    hash.add(voxels.data(), voxels.size());
+  };
+  probe({0, 0, 0}, 8);
+  probe({e.x / 2, e.y / 2, e.z / 2}, 16);
+  return hash.digits();
+}
+
+std::string generator_text(const GeneratorChoice& choice, const Extent& extent) {
+  std::string text = fmt::format("{} {} seed={}", choice.kind, to_string(extent), choice.seed);
+  for (const auto& [name, value] : choice.parameters) text += fmt::format(" {}={}", name, value);
+  return text;
+}
+
+std::string identify(std::string_view text) {
+  Hash hash;
+  hash.add(text);
+  return hash.digits();
+}
+
+Location locate_generated(const Dataset& dataset) {
+  Location location;
+  location.generator = dataset.generator;
+  const Extent extent = dataset.generated_extent();
+  const auto source = volumes::make_generator(dataset.generator->kind, extent, dataset.generator->seed,
+                                              dataset.generator->parameters, 1);
+  location.info = source->info();
+  location.identity = identify(generator_text(*dataset.generator, extent) + hash_probe(*source));
+  location.present = true;
+  if (dataset.stand_in_for.empty()) {
+    location.label = "generated";
+  } else {
+    std::string original = dataset.stand_in_for;
+    std::ranges::transform(original, original.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    location.label =
+        fmt::format("stand-in for {}, {} of {}", original, to_string(extent), to_string(dataset.extent));
+  }
+  return location;
+}
+
+Location missing(std::string reason) {
+  Location location;
+  location.missing = std::move(reason);
+  return location;
+}
+
+Location locate_file(const Dataset& dataset, const std::string& path) {
+  const std::string file = file_of(path);
+  if (!fs::exists(file)) {
+    return missing(file + " is absent" +
+                   (dataset.package.empty() ? "" : fmt::format(" (Debian package {})", dataset.package)));
+  }
+  try {
+    const std::string hash = fs::is_directory(file) ? hash_folder(file) : hash_file(file);
+    if (!dataset.hash.empty() && dataset.hash != hash) {
+      return missing(fmt::format("{} has the hash {}, its description says {}", file, hash, dataset.hash));
+    }
+    Location location;
+    location.path = path;
+    location.info = volumes::open_volume(path, dataset.kind)->info();
+    if (location.info.extent != dataset.extent || location.info.type != dataset.type) {
+      return missing(fmt::format("{} holds {} {}, its description says {} {}", path,
+                                 to_string(location.info.extent), name_of(location.info.type),
+                                 to_string(dataset.extent), name_of(dataset.type)));
+    }
+    location.info.kind = dataset.kind;
+    location.identity =
+        identify(fmt::format("{} {} {}", hash, path.substr(file.size()), name_of(dataset.kind)));
+    location.present = true;
+    return location;
+  } catch (const std::exception& error) {
+    return missing(error.what());
+  }
+}
+
+std::string hash_voxels(const VolumeSource& source) {
+  Hash hash;
+  volumes::SlabReader reader(source);
+  const VolumeInfo& info = source.info();
+  const std::size_t plane = info.extent.x * info.extent.y * size_of(info.type);
+  for (std::uint64_t z = 0; z < info.extent.z; ++z) hash.add(reader.read(z, z + 1), plane);
+  return hash.digits();
+}
+
+}  // namespace
+
+Location locate(const Dataset& dataset, const Places& places) {
+  std::string path = dataset.file;
+  std::string reason;
+  if (path.starts_with(kDataVariable)) {
+    if (places.data.empty()) reason = "the data folder is not named (--data DIR or CVRBENCH_DATA)";
+    path = places.data + path.substr(kDataVariable.size());
+  }
+  if (!path.empty() && reason.empty()) {
+    // A file that is there but differs from its description is never replaced by a stand-in in silence.
+    if (fs::exists(file_of(path)) || !dataset.generator) return locate_file(dataset, path);
+  }
+  if (dataset.generator) return locate_generated(dataset);
+  return missing(reason);
+}
+
+std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned threads) {
+  if (!location.path.empty()) return volumes::open_volume(location.path, location.info.kind);
+  return volumes::make_generator(location.generator->kind, location.info.extent, location.generator->seed,
+                                 location.generator->parameters, threads);
+}
+
+RawCopy materialise(const Location& location, const Places& places, unsigned threads) {
+  std::error_code error;
+  fs::create_directories(places.cache, error);
+  if (error)
+    throw InputError(
+        fmt::format("{}: expected a folder that can be made, found: {}", places.cache, error.message()));
+  const std::string path = (fs::path(places.cache) / (location.identity + ".raw")).string();
+  const std::string hash_path = path + ".hash";
+  std::string content_hash;
+  if (std::ifstream in(hash_path); in >> content_hash && content_hash.size() == 16 &&
+                                   fs::exists(path, error) &&
+                                   fs::file_size(path, error) == location.info.bytes()) {
+    return {path, content_hash};
+  }
+  const auto free_bytes = fs::space(places.cache, error).available;
+  if (error || location.info.bytes() > free_bytes / 2) return {};
+  volumes::write_volume(path, *open_location(location, threads));
+  content_hash = hash_voxels(*volumes::open_volume(path, location.info.kind));
+  const std::string unfinished = hash_path + ".part";
+  std::ofstream out(unfinished);
+  out << content_hash << '\n';
+  out.close();
+  if (!out) throw InputError(fmt::format("{}: expected to write the hash, found a write error", hash_path));
+  fs::rename(unfinished, hash_path);
+  return {path, content_hash};
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,92 @@
+// What is measured on: the catalogue of data sets (configs/datasets/*.yaml, keys explained in paper.yaml
+// there), where their voxels are on this machine, and the raw copies that workers map.
+//
+// A data set has a file, a generator, or a file with a generator that stands in for it where the file is
+// absent. Its identity is known without its voxels: of a file the hash of its bytes; of a generated volume
+// kind, extent, seed and parameters plus the hash of two small boxes, so that a retuned generator never
+// passes for the old one. Cell ids and cached copies are named by it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "volumes/source.hpp"
+
+namespace cvr::experiments {
+
+struct GeneratorChoice {
+  std::string kind;
+  std::uint64_t seed = 1;
+  std::map<std::string, double> parameters;
+};
+
+struct Dataset {
+  std::string name, title, citation, licence, origin;
+  volumes::VolumeKind kind = volumes::VolumeKind::kLabels;
+  volumes::VoxelType type = volumes::VoxelType::kU8;
+  volumes::Extent extent;  ///< in full; generated volumes have generated_extent()
+  std::uint64_t labels = 0;
+  std::string file;     ///< empty if only generated; may begin with ${CVRBENCH_DATA}
+  std::string package;  ///< the Debian package that the file comes from
+  std::string hash;     ///< XXH3-64 of the file, 16 hexadecimal digits; empty when unknown
+  std::optional<GeneratorChoice> generator;
+  std::string stand_in_for;           ///< the data set that the generated volume stands in for
+  double scale = 1;                   ///< edge of the generated volume / edge in full
+  std::uint32_t bytes_per_voxel = 0;  ///< of the published accounting; 0: that of the stored type
+
+  /// max(1, round(extent * scale)).
+  volumes::Extent generated_extent() const;
+};
+
+class Catalogue {
+ public:
+  /// Reads every .yaml of a folder, in the order of the names. Throws InputError.
+  static Catalogue from_folder(const std::string& folder);
+  /// Adds the descriptions of one file.
+  void add_file(const std::string& path);
+  const Dataset* find(const std::string& name) const;
+  const std::vector<Dataset>& all() const { return datasets_; }
+  std::vector<std::string> names() const;
+
+ private:
+  std::vector<Dataset> datasets_;
+};
+
+/// Folders of this machine.
+struct Places {
+  std::string data;   ///< replaces ${CVRBENCH_DATA}; empty if not named
+  std::string cache;  ///< raw copies of data sets
+};
+
+/// Where the voxels of a data set are. Plain facts: a worker process receives them as text.
+struct Location {
+  bool present = false;
+  std::string missing;  ///< the reason if not present
+  std::string path;     ///< volume file; empty: generated
+  std::optional<GeneratorChoice> generator;
+  volumes::VolumeInfo info;
+  std::string identity;  ///< 16 hexadecimal digits
+  std::string label;     ///< "stand-in for CELLS, 300x300x300 of 1000x1000x1000", "generated" or ""
+};
+
+/// Never throws for data that is absent or differs from its description: that is a reason. Throws InputError
+/// for a generator's bad parameters: that is the configuration's fault.
+Location locate(const Dataset& dataset, const Places& places);
+
+std::unique_ptr<volumes::VolumeSource> open_location(const Location& location, unsigned threads);
+
+/// A copy of raw voxels that processes map and so share.
+struct RawCopy {
+  std::string
+      path;  ///< empty: streamed from the location, since the copy would take more than half of the free disk
+  std::string content_hash;  ///< XXH3-64 of the voxels; empty if streamed
+};
+
+/// Makes the copy unless it is there. Throws InputError.
+RawCopy materialise(const Location& location, const Places& places, unsigned threads);
+
+}  // namespace cvr::experiments

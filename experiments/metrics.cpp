@@ -1,0 +1,200 @@
+#include "experiments/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+namespace cvr::experiments {
+
+namespace {
+
+using Pointer = Row::json_pointer;
+
+const Row* row_of(const LineContext& line, Stage stage) {
+  const auto found = line.rows.find(stage);
+  return found == line.rows.end() ? nullptr : found->second;
+}
+
+bool is_ok(const Row& row) { return row.value("status", "") == kOk; }
+
+std::optional<double> number_at(const Row& row, const char* pointer) {
+  const Pointer at(pointer);
+  if (!row.contains(at) || !row.at(at).is_number()) return std::nullopt;
+  return row.at(at).get<double>();
+}
+
+/// A number of the row of one stage, or that row's status.
+std::string from_stage(const LineContext& line, Stage stage, const char* pointer, int digits,
+                       double factor = 1) {
+  const Row* row = row_of(line, stage);
+  if (row == nullptr) return "";
+  if (!is_ok(*row)) return row->value("status", "");
+  const auto value = number_at(*row, pointer);
+  return value ? fmt::format("{:.{}f}", *value * factor, digits) : "";
+}
+
+/// The first row that is ok and knows the sizes; else the first status.
+std::string from_any(const LineContext& line, const char* pointer, int digits) {
+  if (line.pseudo) return "";
+  std::string status;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr) continue;
+    if (is_ok(*row)) {
+      if (const auto value = number_at(*row, pointer)) return fmt::format("{:.{}f}", *value, digits);
+    } else if (status.empty() && row->value("status", "") != kUnsupported) {
+      status = row->value("status", "");
+    }
+  }
+  if (!status.empty()) return status;
+  const bool any = std::ranges::any_of(line.rows, [](const auto& entry) { return entry.second != nullptr; });
+  return any ? std::string(kUnsupported) : "";
+}
+
+std::string seconds_text(const LineContext& line, Stage stage) {
+  const Row* row = row_of(line, stage);
+  if (row == nullptr) return "";
+  if (!is_ok(*row)) return row->value("status", "");
+  const auto value = number_at(*row, "/time/seconds/median");
+  return value ? fmt::format("{:.3g}", *value) : "";
+}
+
+std::string access_text(const LineContext& line, std::string_view points) {
+  const Row* row = row_of(line, Stage::kRandomAccess);
+  if (row == nullptr) return "";
+  if (!is_ok(*row)) return row->value("status", "");
+  for (const Row& series : row->value("access", Row::array())) {
+    if (series.value("points", "") != points || series.value("lod", 1) != 0) continue;
+    if (const auto value = number_at(series, "/ns_per_voxel/median")) return fmt::format("{:.1f}", *value);
+  }
+  return "";
+}
+
+std::string exact_text(const LineContext& line) {
+  if (line.pseudo) return "";
+  std::uint64_t compared = 0, mismatches = 0;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !row->contains("verification")) continue;
+    const Row& verification = (*row)["verification"];
+    compared = std::max(compared, verification.value("voxels_compared", std::uint64_t{0}));
+    mismatches = std::max(mismatches, verification.value("mismatches", std::uint64_t{0}));
+  }
+  return compared == 0 ? "" : fmt::format("{} of {} differ", mismatches, compared);
+}
+
+std::string status_text(const LineContext& line) {
+  std::string text;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || is_ok(*row)) continue;
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", name_of(stage), row->value("status", ""));
+  }
+  return text.empty() ? "ok" : text;
+}
+
+std::string samples_text(const LineContext& line) {
+  std::string text;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !is_ok(*row)) continue;
+    text += fmt::format("{}{}", text.empty() ? "" : "/", number_at(*row, "/time/rounds").value_or(0));
+  }
+  return text;
+}
+
+std::string peak_text(const LineContext& line) {
+  double peak = 0;
+  for (const auto& [stage, row] : line.rows) {
+    if (row != nullptr && is_ok(*row))
+      peak = std::max(peak, number_at(*row, "/memory/peak_bytes").value_or(0));
+  }
+  return peak == 0 ? "" : fmt::format("{:.0f}", peak / (1 << 20));
+}
+
+std::string published_text(const std::optional<double>& value, int digits) {
+  return value ? fmt::format("{:.{}f}", *value, digits) : "";
+}
+
+std::string ratio_text(const LineContext& line) {
+  if (line.published == nullptr || !line.published->rate || *line.published->rate == 0) return "";
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !is_ok(*row)) continue;
+    if (const auto rate = number_at(*row, "/size/published_rate"))
+      return fmt::format("{:.3f}", *rate / *line.published->rate);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::span<const Metric> all_metrics() {
+  using L = const LineContext&;
+  static const Metric kMetrics[] = {
+      {"rate", "file rate %",
+       "bytes of the whole file / bytes of the original in its stored type, in percent",
+       [](L l) { return from_any(l, "/size/rate", 3); }},
+      {"bits_per_voxel", "bits/voxel", "bits of the whole file a voxel",
+       [](L l) { return from_any(l, "/size/bits_per_voxel", 4); }},
+      {"published_rate", "rate %",
+       "bytes by the accounting of the papers' tables / bytes of the original by the same, in percent",
+       [](L l) { return from_any(l, "/size/published_rate", 3); }},
+      {"rate_gzip", "rate % gzip -6", "the whole file through gzip -6, in percent of the original",
+       [](L l) { return l.pseudo ? "" : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3); }},
+      {"rate_xz", "rate % xz -6", "the whole file through xz -6, in percent of the original",
+       [](L l) { return l.pseudo ? "" : from_stage(l, Stage::kEncode, "/size/rate_xz", 3); }},
+      {"published", "published %", "the rate that the publication states, in percent",
+       [](L l) { return l.published == nullptr ? "" : published_text(l.published->rate, 3); }},
+      {"ratio", "ours/published", "published_rate measured here / rate published", ratio_text},
+      {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",
+       [](L l) { return seconds_text(l, Stage::kEncode); }},
+      {"encode_gb_per_s", "encode GB/s", "10^9 bytes of the original encoded a second of wall time",
+       [](L l) { return from_stage(l, Stage::kEncode, "/time/gb_per_s", 3); }},
+      {"encode_mvoxel_per_s", "encode Mvoxel/s", "10^6 voxels encoded a second of wall time",
+       [](L l) { return from_stage(l, Stage::kEncode, "/time/mvoxel_per_s", 1); }},
+      {"encode_interval", "encode +-%",
+       "half width of the 95 % interval of the median encoding time, in percent",
+       [](L l) { return from_stage(l, Stage::kEncode, "/time/relative_interval", 1, 50); }},
+      {"encode_cpu_seconds", "encode CPU s", "median processor time of encoding, all threads together",
+       [](L l) { return from_stage(l, Stage::kEncode, "/time/cpu_seconds/median", 4); }},
+      {"decode_seconds", "decode s", "median wall time of opening and decoding into memory",
+       [](L l) { return seconds_text(l, Stage::kDecode); }},
+      {"decode_gb_per_s", "decode GB/s", "10^9 bytes of the original decoded a second of wall time",
+       [](L l) { return from_stage(l, Stage::kDecode, "/time/gb_per_s", 3); }},
+      {"decode_mvoxel_per_s", "decode Mvoxel/s", "10^6 voxels decoded a second of wall time",
+       [](L l) { return from_stage(l, Stage::kDecode, "/time/mvoxel_per_s", 1); }},
+      {"decode_interval", "decode +-%",
+       "half width of the 95 % interval of the median decoding time, in percent",
+       [](L l) { return from_stage(l, Stage::kDecode, "/time/relative_interval", 1, 50); }},
+      {"access_uniform_ns", "access ns", "median ns a voxel, uniform points, finest level",
+       [](L l) { return access_text(l, "uniform"); }},
+      {"access_clustered_ns", "clustered ns", "median ns a voxel, points along rays, finest level",
+       [](L l) { return access_text(l, "clustered"); }},
+      {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
+       [](L l) { return access_text(l, "one-label"); }},
+      {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
+      {"peak_mib", "peak MiB", "largest resident memory while encoding or decoding, the mapped input included",
+       peak_text},
+      {"published_seconds", "published s",
+       "the seconds that the publication states, on its machine and its volume",
+       [](L l) { return l.published == nullptr ? "" : published_text(l.published->seconds, 2); }},
+      {"published_gb_per_s", "published GB/s", "the GB/s that the publication states, on its machine",
+       [](L l) { return l.published == nullptr ? "" : published_text(l.published->gb_per_s, 3); }},
+      {"samples", "n", "rounds measured, one number a stage", samples_text},
+      {"status", "status", "ok, or the statuses of the stages that are not", status_text},
+  };
+  return kMetrics;
+}
+
+const Metric* find_metric(std::string_view name) {
+  for (const Metric& metric : all_metrics()) {
+    if (metric.name == name) return &metric;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> metric_names() {
+  std::vector<std::string> names;
+  for (const Metric& metric : all_metrics()) names.emplace_back(metric.name);
+  return names;
+}
+
+}  // namespace cvr::experiments

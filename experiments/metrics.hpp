@@ -1,0 +1,36 @@
+// The columns that tables can have: each metric names the stage whose row it reads, its unit, and what it
+// means.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "experiments/cells.hpp"
+#include "experiments/published.hpp"
+#include "experiments/rows.hpp"
+
+namespace cvr::experiments {
+
+/// What one line of a table is made of. Rows that do not exist are nullptr.
+struct LineContext {
+  std::map<Stage, const Row*> rows;
+  const PublishedFigure* published = nullptr;
+  bool pseudo = false;  ///< a line of memcpy: has no size
+};
+
+struct Metric {
+  std::string_view name;
+  std::string_view heading;  ///< with the unit
+  std::string_view description;
+  /// The text of the cell; "" where there is none; the status where the row that it needs is not ok.
+  std::string (*text)(const LineContext&);
+};
+
+std::span<const Metric> all_metrics();
+const Metric* find_metric(std::string_view name);
+std::vector<std::string> metric_names();
+
+}  // namespace cvr::experiments

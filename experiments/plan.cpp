@@ -1,0 +1,92 @@
+#include "experiments/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "codecs/registry.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+constexpr double kModelVoxelsPerSecond = 50e6;
+constexpr double kModelMemcpyPerSecond = 1000e6;
+constexpr double kModelAccessRound = 0.5;
+constexpr std::uint64_t kModelProcess = std::uint64_t{64} << 20;
+
+/// The reason why a codec cannot run a cell, as far as its traits tell.
+std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info) {
+  if (cell.codec == kMemcpy) return "";
+  const auto& traits = codecs::find_codec(cell.codec)->traits();
+  if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
+    return fmt::format("does not accept voxels of type {}", name_of(info.type));
+  }
+  if (cell.stage != Stage::kRandomAccess) return "";
+  if (traits.access == codecs::Granularity::kVolume) return "no access to single voxels";
+  if (info.kind == volumes::VolumeKind::kScalars) return "access to single voxels is for label volumes";
+  return "";
+}
+
+void expect_from_model(const Config& config, PlannedCell& planned) {
+  const volumes::VolumeInfo& info = planned.location->info;
+  const auto rounds = static_cast<double>(config.rounds);
+  const double speed = planned.cell.codec == kMemcpy ? kModelMemcpyPerSecond : kModelVoxelsPerSecond;
+  const double pass = static_cast<double>(info.extent.voxels()) / (speed * planned.cell.threads.count);
+  planned.expected_seconds = planned.cell.stage == Stage::kRandomAccess
+                                 ? 4 * pass + kModelAccessRound * rounds
+                                 : (4 + rounds) * pass;
+  planned.expected_memory = 2 * info.bytes() + kModelProcess;
+}
+
+}  // namespace
+
+std::string_view name_of(Decision decision) {
+  switch (decision) {
+    case Decision::kRun:
+      return "run";
+    case Decision::kDone:
+      return "done";
+    case Decision::kUnsupported:
+      return "unsupported";
+    case Decision::kDataMissing:
+      return "data-missing";
+  }
+  return "?";
+}
+
+std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, const Places& places,
+                                    const std::vector<Row>& rows, bool redo) {
+  const auto latest = latest_by(rows, "cell");
+  std::map<std::string, std::shared_ptr<const Location>> locations;
+  std::vector<PlannedCell> plan;
+  for (const Cell& cell : config.cells) {
+    if (!filter.keeps(cell)) continue;
+    PlannedCell planned;
+    planned.cell = cell;
+    const std::string place = cell.dataset->name + "|" + to_string(cell.dataset->generated_extent());
+    auto& location = locations[place];
+    if (!location) location = std::make_shared<Location>(locate(*cell.dataset, places));
+    planned.location = location;
+    planned.id = cell_id(cell, location->present ? location->identity : "absent");
+    const auto row = latest.find(planned.id);
+    if (!location->present) {
+      planned.decision = Decision::kDataMissing;
+      planned.reason = location->missing;
+    } else if (planned.reason = unsupported_reason(cell, location->info); !planned.reason.empty()) {
+      planned.decision = Decision::kUnsupported;
+    } else if (!redo && row != latest.end() && row->second.value("status", "") == kOk) {
+      planned.decision = Decision::kDone;
+    }
+    if (location->present) expect_from_model(config, planned);
+    if (row != latest.end() && row->second.contains("elapsed_seconds")) {
+      planned.expected_seconds = row->second.value("elapsed_seconds", 0.0);
+      planned.expected_from_rows = true;
+    }
+    plan.push_back(std::move(planned));
+  }
+  return plan;
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,309 @@
+#include "experiments/runner.hpp"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "experiments/provenance.hpp"
+#include "experiments/row_building.hpp"
+#include "experiments/worker_process.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kGrace = 5;  // seconds for a worker to free its memory and end
+
+double now_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+struct Active {
+  const PlannedCell* planned;
+  std::unique_ptr<WorkerProcess> worker;
+  Row parts;  ///< of the check
+  Measured measured;
+  double busy_seconds = 0;  ///< in rounds
+  double check_seconds = 0;
+};
+
+std::vector<Sample> samples_of(const Row& message) {
+  std::vector<Sample> samples;
+  for (const Row& s : message.at("samples")) {
+    samples.push_back({s.at(0).get<std::string>(), s.at(1).get<double>(), s.at(2).get<double>(),
+                       s.at(3).get<std::uint64_t>()});
+  }
+  return samples;
+}
+
+class Runner {
+ public:
+  Runner(const Config& config, const RunOptions& options)
+      : config_(config),
+        options_(options),
+        writer_((fs::path(options.out) / "rows.jsonl").string()),
+        scratch_((fs::path(options.out) / "scratch").string()),
+        provenance_(describe_machine_and_build()),
+        cores_(std::max(1u, std::thread::hardware_concurrency())) {}
+
+  RunSummary run() {
+    const auto rows = load_rows((fs::path(options_.out) / "rows.jsonl").string());
+    const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
+    summary_.total = plan.size();
+    fs::remove_all(scratch_);
+    fs::create_directories(scratch_);
+    for (std::size_t first = 0; first < plan.size() && !interrupted();) {
+      std::size_t last = first;
+      while (last < plan.size() && plan[last].location == plan[first].location) ++last;
+      run_dataset({plan.data() + first, last - first});
+      first = last;
+    }
+    fs::remove_all(scratch_);
+    summary_.interrupted = interrupted();
+    return summary_;
+  }
+
+ private:
+  bool interrupted() const { return options_.interrupted != nullptr && *options_.interrupted != 0; }
+
+  void say(const std::string& text, bool cell_ended = false) const {
+    if (options_.progress) options_.progress({ended_, summary_.total, text, cell_ended});
+  }
+
+  void write(const PlannedCell& planned, const Row& row) {
+    writer_.append(row);
+    ++ended_;
+    const std::string status = row["status"].get<std::string>();
+    ++summary_.by_status[status];
+    std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
+    if (status != kOk) {
+      text += fmt::format(" ({})", row["reason"].get<std::string>());
+    } else if (row["time"].contains("seconds")) {
+      text += fmt::format(", {:.4g} s, {} rounds", row["time"]["seconds"]["median"].get<double>(),
+                          row["time"]["rounds"].get<int>());
+    } else if (!row["access"].empty()) {
+      text += fmt::format(", {:.4g} ns a voxel", row["access"][0]["ns_per_voxel"]["median"].get<double>());
+    }
+    say(text, true);
+  }
+
+  void end_without_measurement(const PlannedCell& planned, std::string_view status,
+                               const std::string& reason) {
+    write(planned, start_row(planned, copy_, provenance_, config_.hash, status, reason));
+  }
+
+  void run_dataset(std::span<const PlannedCell> cells) {
+    copy_ = {};
+    std::vector<const PlannedCell*> to_run;
+    for (const PlannedCell& planned : cells) {
+      switch (planned.decision) {
+        case Decision::kRun:
+          to_run.push_back(&planned);
+          break;
+        case Decision::kDone:
+          ++ended_;
+          ++summary_.skipped;
+          break;
+        case Decision::kUnsupported:
+          end_without_measurement(planned, kUnsupported, planned.reason);
+          break;
+        case Decision::kDataMissing:
+          end_without_measurement(planned, kDataMissing, planned.reason);
+          break;
+      }
+    }
+    if (to_run.empty()) return;
+    say(fmt::format("{}: preparing {}", to_run.front()->cell.dataset->name,
+                    to_string(to_run.front()->location->info.extent)));
+    try {
+      copy_ = materialise(*to_run.front()->location, options_.places, cores_);
+    } catch (const volumes::InputError& error) {
+      for (const PlannedCell* planned : to_run) end_without_measurement(*planned, kDataMissing, error.what());
+      return;
+    }
+    for (const Stage stage : kStages) {
+      std::vector<const PlannedCell*> group;
+      for (const PlannedCell* planned : to_run) {
+        if (planned->cell.stage == stage) group.push_back(planned);
+      }
+      run_groups(group);
+    }
+    for (const auto& file : fs::directory_iterator(scratch_)) fs::remove(file);
+  }
+
+  /// Cuts what would not fit into memory together, in the order of the configuration.
+  void run_groups(const std::vector<const PlannedCell*>& cells) {
+    const std::uint64_t available = available_memory();
+    std::vector<std::vector<const PlannedCell*>> groups;
+    std::uint64_t used = 0;
+    for (const PlannedCell* planned : cells) {
+      if (groups.empty() || (available > 0 && used + planned->expected_memory > available)) {
+        groups.emplace_back();
+        used = 0;
+      }
+      groups.back().push_back(planned);
+      used += planned->expected_memory;
+    }
+    for (std::size_t i = 0; i < groups.size() && !interrupted(); ++i) {
+      group_text_ = groups.size() == 1
+                        ? fmt::format("{} cells", cells.size())
+                        : fmt::format("{} cells, part {} of {}: the memory does not hold all {} at once",
+                                      groups[i].size(), i + 1, groups.size(), cells.size());
+      run_group(groups[i]);
+    }
+  }
+
+  WorkerSpec spec_of(const PlannedCell& planned) const {
+    WorkerSpec spec;
+    spec.location = *planned.location;
+    spec.raw_path = copy_.path;
+    spec.codec = planned.cell.codec;
+    spec.parameters = planned.cell.parameters.canonical();
+    spec.stage = planned.cell.stage;
+    spec.threads = planned.cell.threads.count;
+    spec.bytes_per_voxel = planned.cell.dataset->bytes_per_voxel;
+    spec.memory_limit = static_cast<std::uint64_t>(config_.memory_limit_gib * (1 << 30));
+    spec.scratch = scratch_;
+    spec.seed = config_.seed;
+    spec.lods = config_.lods;
+    if (config_.test_fault && fnmatch(config_.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
+        fnmatch(config_.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
+      spec.fault = config_.test_fault->fault;
+    }
+    return spec;
+  }
+
+  void run_group(const std::vector<const PlannedCell*>& cells) {
+    std::vector<Active> active;
+    for (const PlannedCell* planned : cells) {
+      if (interrupted()) return;
+      say(fmt::format("{}: checking", planned->cell.describe()));
+      Active one{planned, std::make_unique<WorkerProcess>(options_.program), {}, {}, 0, 0};
+      const double start = now_seconds();
+      one.worker->send(to_json_line(spec_of(*planned)));
+      Row message;
+      const auto outcome = one.worker->receive(config_.timeout_s, message);
+      one.check_seconds = now_seconds() - start;
+      if (outcome == WorkerProcess::Wait::kMessage && message.value("event", "") == "ready") {
+        one.parts = message["parts"];
+        active.push_back(std::move(one));
+      } else if (!end_badly(one, outcome, message, "the check")) {
+        return;
+      }
+    }
+    std::mt19937_64 order(config_.seed);
+    while (!active.empty() && !interrupted()) {
+      shuffle(active, order);
+      for (std::size_t i = 0; i < active.size() && !interrupted();) {
+        if (do_round(active[i])) {
+          ++i;
+        } else {
+          active.erase(active.begin() + static_cast<std::ptrdiff_t>(i));
+        }
+      }
+    }
+  }
+
+  /// Fisher-Yates; std::shuffle's order differs between libraries.
+  static void shuffle(std::vector<Active>& active, std::mt19937_64& order) {
+    for (std::size_t i = active.size(); i > 1; --i) std::swap(active[i - 1], active[order() % i]);
+  }
+
+  /// False when the cell has ended and its row is written.
+  bool do_round(Active& one) {
+    say(fmt::format("{}: round {}", one.planned->cell.describe(), one.measured.rounds + 1));
+    const double start = now_seconds();
+    one.worker->send("round\n");
+    Row message;
+    const auto outcome = one.worker->receive(config_.timeout_s, message);
+    if (outcome != WorkerProcess::Wait::kMessage || message.value("event", "") != "round") {
+      end_badly(one, outcome, message, fmt::format("round {}", one.measured.rounds + 1));
+      return false;
+    }
+    one.busy_seconds += now_seconds() - start;
+    one.measured.add(samples_of(message));
+    const std::string stop = reason_to_stop(one);
+    if (stop.empty()) return true;
+    end_well(one, stop);
+    return false;
+  }
+
+  std::string reason_to_stop(const Active& one) const {
+    const std::size_t rounds = one.measured.rounds;
+    if (rounds >= config_.rounds && one.measured.relative_interval() <= config_.target_interval)
+      return "target interval reached";
+    if (rounds >= config_.max_rounds)
+      return "largest number of rounds, the interval is wider than the target";
+    if (one.busy_seconds >= config_.timeout_s) return fmt::format("time-out after {} rounds", rounds);
+    return "";
+  }
+
+  void end_well(Active& one, const std::string& stop) {
+    one.worker->send("stop\n");
+    const WorkerEnd end = one.worker->finish(kGrace);
+    Row row = start_row(*one.planned, copy_, provenance_, config_.hash, kOk, "");
+    for (const auto& [key, value] : one.parts.items()) row[key] = value;
+    add_times(*one.planned, one.measured, stop, row);
+    const std::uint64_t input = copy_.path.empty() ? 0 : one.planned->location->info.bytes();
+    row["memory"]["peak_bytes"] = end.peak_bytes;
+    row["memory"]["peak_over_input"] = end.peak_bytes > input ? end.peak_bytes - input : 0;
+    row["interleave_group"] = group_text_;
+    row["elapsed_seconds"] = one.check_seconds + one.busy_seconds;
+    write(*one.planned, row);
+  }
+
+  /// A row for a cell that did not come to its end. False when the run was interrupted instead: then there is
+  /// no row.
+  bool end_badly(Active& one, WorkerProcess::Wait outcome, const Row& message, const std::string& when) {
+    if (outcome == WorkerProcess::Wait::kInterrupted || interrupted()) return false;
+    const bool hangs = outcome == WorkerProcess::Wait::kTimeout;
+    const WorkerEnd end = one.worker->finish(hangs ? 0 : kGrace);
+    if (hangs) {
+      end_without_measurement(*one.planned, kTimeout,
+                              fmt::format("{} took longer than {} s", when, config_.timeout_s));
+    } else if (outcome == WorkerProcess::Wait::kMessage) {
+      end_without_measurement(*one.planned, message.value("status", std::string(kFailed)),
+                              message.value("reason", "an answer that is none"));
+    } else if (end.signal == SIGKILL && !one.worker->killed()) {
+      end_without_measurement(
+          *one.planned, kOutOfMemory,
+          fmt::format("killed by the system in {}, as it does when memory runs out", when));
+    } else {
+      const std::string how = end.signal != 0
+                                  ? fmt::format("signal {} ({})", end.signal, strsignal(end.signal))
+                                  : fmt::format("exit code {}", end.exit_code);
+      end_without_measurement(*one.planned, kFailed,
+                              fmt::format("crashed in {}: {}{}{}", when, how,
+                                          end.complaints.empty() ? "" : ": ", end.complaints));
+    }
+    return true;
+  }
+
+  const Config& config_;
+  const RunOptions& options_;
+  RowWriter writer_;
+  std::string scratch_;
+  Row provenance_;
+  unsigned cores_;
+  RawCopy copy_;
+  std::string group_text_;
+  RunSummary summary_;
+  std::size_t ended_ = 0;
+};
+
+}  // namespace
+
+RunSummary run_config(const Config& config, const RunOptions& options) {
+  fs::create_directories(options.out);
+  return Runner(config, options).run();
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,44 @@
+// Runs the cells of a configuration and appends their rows.
+//
+// Cells that share data set and stage form an interleave group: each has its worker process, all stay alive,
+// and the parent asks one at a time for one round, in an order shuffled anew each round, so that slow drifts
+// of the machine meet all alike. A cell is done when it has the least number of rounds and its median's 95 %
+// interval is below the target, or the largest number of rounds, or its time-out; the row says which. Where
+// the workers of a group would need more memory than there is, the group is cut.
+#pragma once
+
+#include <csignal>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiments/plan.hpp"
+
+namespace cvr::experiments {
+
+struct Progress {
+  std::size_t done = 0, total = 0;
+  std::string text;
+  bool cell_ended = false;
+};
+
+struct RunOptions {
+  std::string out;      ///< folder for rows.jsonl and scratch files
+  std::string program;  ///< path of this program
+  Places places;
+  Filter filter;
+  bool redo = false;  ///< measure cells again that have rows
+  std::function<void(const Progress&)> progress;
+  const volatile std::sig_atomic_t* interrupted = nullptr;
+};
+
+struct RunSummary {
+  std::size_t total = 0, skipped = 0;
+  std::map<std::string, std::size_t> by_status;
+  bool interrupted = false;
+};
+
+/// Throws InputError, EnvironmentError and std::system_error; failures of cells are rows.
+RunSummary run_config(const Config& config, const RunOptions& options);
+
+}  // namespace cvr::experiments

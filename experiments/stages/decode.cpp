@@ -1,0 +1,54 @@
+// Decoding the finest level from memory into memory. A round opens the decoder (it checks the stream's
+// tables) and decodes; the checksum of the envelope was verified before.
+#include "codecs/container.hpp"
+#include "experiments/stages/destination.hpp"
+#include "experiments/stages/encoded_volume.hpp"
+#include "experiments/stages/stage_kinds.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+class DecodeRun final : public StageRun {
+ public:
+  DecodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth) : spec_(spec), truth_(truth) {}
+
+  Row prepare() override {
+    const AlteredSource altered(truth_);
+    const volumes::VolumeSource& source =
+        spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
+    bytes_ = obtain_encoded(spec_, source);
+    Row parts;
+    parts["verification"] = compare_with_truth(bytes_.bytes(), truth_, spec_.threads);
+    file_.emplace(checked(codecs::open_file(bytes_.bytes())));
+    parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
+    destination_.emplace(truth_.info(), spec_.memory_limit / 2);
+    parts["destination"] = destination_->whole() ? "whole volume" : "one slab";
+    return parts;
+  }
+
+  std::vector<Sample> round() override {
+    const Stopwatch watch;
+    const auto decoder = codecs::open_decoder(*file_);
+    if (!decoder) fail_stage(decoder.error());
+    const auto done = (*decoder)->decode(0, spec_.threads, *destination_);
+    auto sample = watch.lap("decode", truth_.info().extent.voxels());
+    if (!done) fail_stage(done.error());
+    return {sample};
+  }
+
+ private:
+  WorkerSpec spec_;
+  const volumes::VolumeSource& truth_;
+  codecs::Buffer bytes_;
+  std::optional<codecs::OpenedFile> file_;
+  std::optional<Destination> destination_;
+};
+
+}  // namespace
+
+std::unique_ptr<StageRun> make_decode_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+  return std::make_unique<DecodeRun>(spec, truth);
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,70 @@
+// Encoding from the mapped original into memory: the whole file, envelope and checksums included.
+#include <algorithm>
+#include <thread>
+
+#include "codecs/registry.hpp"
+#include "experiments/stages/encoded_volume.hpp"
+#include "experiments/stages/stage_kinds.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+class EncodeRun final : public StageRun {
+ public:
+  EncodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
+      : spec_(spec), truth_(truth), altered_(truth), codec_(*codecs::find_codec(spec.codec)) {
+    parameters_ =
+        checked(codecs::Parameters::parse(codec_.parameters(), codecs::split_canonical(spec.parameters)));
+  }
+
+  Row prepare() override {
+    // One thread against as many as the cell or the machine has, at least two.
+    const unsigned other = spec_.threads > 1 ? 1 : std::max(2u, std::thread::hardware_concurrency());
+    const auto encoded = checked(codecs::encode(codec_, source(), parameters_, spec_.threads));
+    {
+      const auto again = checked(codecs::encode(codec_, source(), parameters_, other));
+      if (!std::ranges::equal(encoded.bytes.bytes(), again.bytes.bytes())) {
+        throw StageFailure(kFailed, "encoding with " + std::to_string(spec_.threads) + " and with " +
+                                        std::to_string(other) + " threads gives different bytes");
+      }
+    }
+    const auto bytes = encoded.bytes.bytes();
+    Row parts;
+    parts["verification"] = compare_with_truth(bytes, truth_, spec_.threads);
+    parts["verification"]["same_bytes_with_threads"] = {std::min(spec_.threads, other),
+                                                        std::max(spec_.threads, other)};
+    parts["size"] = describe_size(checked(codecs::open_file(bytes)), bytes.size(), spec_.bytes_per_voxel);
+    if (codec_.traits().stored_compressed) add_rates_at_rest(bytes, truth_.info().bytes(), parts["size"]);
+    leave_in_scratch(spec_, bytes);
+    return parts;
+  }
+
+  std::vector<Sample> round() override {
+    const Stopwatch watch;
+    const auto encoded = codecs::encode(codec_, source(), parameters_, spec_.threads);
+    auto sample = watch.lap("encode", truth_.info().extent.voxels());
+    if (!encoded) fail_stage(encoded.error());
+    return {sample};
+  }
+
+ private:
+  const volumes::VolumeSource& source() const {
+    if (spec_.fault == "mismatch") return altered_;
+    return truth_;
+  }
+
+  WorkerSpec spec_;
+  const volumes::VolumeSource& truth_;
+  AlteredSource altered_;
+  const codecs::Codec& codec_;
+  codecs::Parameters parameters_;
+};
+
+}  // namespace
+
+std::unique_ptr<StageRun> make_encode_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+  return std::make_unique<EncodeRun>(spec, truth);
+}
+
+}  // namespace cvr::experiments

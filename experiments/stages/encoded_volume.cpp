@@ -1,0 +1,160 @@
+#include "experiments/stages/encoded_volume.hpp"
+
+#include <fmt/format.h>
+#include <lzma.h>
+#include <unistd.h>
+#include <xxhash.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "codecs/registry.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+constexpr std::size_t kBlock = 1 << 16;
+
+std::uint64_t gzip_size(std::span<const std::byte> bytes) {
+  z_stream stream{};
+  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
+  std::vector<Bytef> out(kBlock);
+  std::uint64_t size = 0;
+  std::size_t at = 0;
+  for (int state = Z_OK; state != Z_STREAM_END;) {
+    const std::size_t part = std::min<std::size_t>(bytes.size() - at, std::size_t{1} << 30);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data() + at));
+    stream.avail_in = static_cast<uInt>(part);
+    stream.next_out = out.data();
+    stream.avail_out = static_cast<uInt>(out.size());
+    state = deflate(&stream, at + part == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
+    at += part - stream.avail_in;
+    size += out.size() - stream.avail_out;
+  }
+  deflateEnd(&stream);
+  return size;
+}
+
+std::uint64_t xz_size(std::span<const std::byte> bytes) {
+  lzma_stream stream = LZMA_STREAM_INIT;
+  if (lzma_easy_encoder(&stream, 6, LZMA_CHECK_CRC64) != LZMA_OK) throw std::bad_alloc();
+  std::vector<std::uint8_t> out(kBlock);
+  stream.next_in = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  stream.avail_in = bytes.size();
+  std::uint64_t size = 0;
+  for (lzma_ret state = LZMA_OK; state == LZMA_OK;) {
+    stream.next_out = out.data();
+    stream.avail_out = out.size();
+    state = lzma_code(&stream, LZMA_FINISH);
+    if (state != LZMA_OK && state != LZMA_STREAM_END) {
+      lzma_end(&stream);
+      throw std::bad_alloc();
+    }
+    size += out.size() - stream.avail_out;
+  }
+  lzma_end(&stream);
+  return size;
+}
+
+std::filesystem::path scratch_path(const WorkerSpec& spec) {
+  const std::string text =
+      fmt::format("{}|{}|{}|{}", spec.location.identity, spec.codec, spec.parameters, spec.fault);
+  return std::filesystem::path(spec.scratch) /
+         fmt::format("{:016x}.cvr", XXH3_64bits(text.data(), text.size()));
+}
+
+double percent(std::uint64_t part, std::uint64_t whole) {
+  return 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
+
+Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std::uint32_t bytes_per_voxel) {
+  const volumes::VolumeInfo& info = file.stream.info;
+  const std::uint64_t voxels = info.extent.voxels();
+  const std::uint64_t accounted = bytes_per_voxel == 0 ? size_of(info.type) : bytes_per_voxel;
+  if (file.breakdown.total() != file_bytes) {
+    throw StageFailure(kFailed, fmt::format("the breakdown sums to {} bytes, the file has {}",
+                                            file.breakdown.total(), file_bytes));
+  }
+  Row size;
+  size["bytes"] = file_bytes;
+  size["published_bytes"] = file.published_bytes;
+  size["rate"] = percent(file_bytes, info.bytes());
+  size["published_rate"] = percent(file.published_bytes, voxels * accounted);
+  size["published_bytes_per_voxel"] = accounted;
+  size["bits_per_voxel"] = 8.0 * static_cast<double>(file_bytes) / static_cast<double>(voxels);
+  for (std::size_t i = 0; i < codecs::kByteClasses; ++i) {
+    const auto byte_class = static_cast<codecs::ByteClass>(i);
+    size["breakdown"][std::string(name_of(byte_class))] = file.breakdown[byte_class];
+  }
+  return size;
+}
+
+void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes, Row& size) {
+  size["rate_gzip"] = percent(gzip_size(file), original_bytes);
+  size["rate_xz"] = percent(xz_size(file), original_bytes);
+}
+
+void leave_in_scratch(const WorkerSpec& spec, std::span<const std::byte> file) {
+  if (spec.scratch.empty()) return;
+  std::error_code error;
+  if (file.size() > std::filesystem::space(spec.scratch, error).available / 4 || error) return;
+  const auto path = scratch_path(spec);
+  const auto unfinished = path.string() + fmt::format(".{}", getpid());
+  std::ofstream out(unfinished, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+  out.close();
+  // A scratch file that cannot be written costs the next stage an encoding, nothing else.
+  if (out) std::filesystem::rename(unfinished, path, error);
+  if (!out || error) std::filesystem::remove(unfinished, error);
+}
+
+codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSource& source) {
+  std::error_code error;
+  if (!spec.scratch.empty() && std::filesystem::exists(scratch_path(spec), error)) {
+    codecs::Buffer bytes(std::filesystem::file_size(scratch_path(spec)));
+    std::ifstream in(scratch_path(spec), std::ios::binary);
+    if (in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
+      return bytes;
+  }
+  const codecs::Codec& codec = *codecs::find_codec(spec.codec);
+  const auto parameters =
+      checked(codecs::Parameters::parse(codec.parameters(), codecs::split_canonical(spec.parameters)));
+  auto encoded =
+      checked(codecs::encode(codec, source, parameters, std::max(1u, std::thread::hardware_concurrency())));
+  leave_in_scratch(spec, encoded.bytes.bytes());
+  return std::move(encoded.bytes);
+}
+
+Row compare_with_truth(std::span<const std::byte> bytes, const volumes::VolumeSource& truth,
+                       unsigned threads) {
+  const auto file = checked(codecs::open_file(bytes));
+  const auto decoder = checked(codecs::open_decoder(file));
+  volumes::CompareSink sink(truth);
+  checked(decoder->decode(0, threads, sink));
+  Row verification;
+  verification["voxels_compared"] = sink.compared();
+  verification["mismatches"] = sink.mismatches();
+  if (sink.compared() != truth.info().extent.voxels()) {
+    throw StageFailure(kFailed, fmt::format("decoding delivered {} of {} voxels", sink.compared(),
+                                            truth.info().extent.voxels()));
+  }
+  if (file.codec->traits().lossless && sink.mismatches() != 0) {
+    throw StageFailure(kFailed, fmt::format("{} of {} decoded voxels differ from the original",
+                                            sink.mismatches(), sink.compared()));
+  }
+  return verification;
+}
+
+void AlteredSource::read(const volumes::Box& box, std::byte* out) const {
+  truth_.read(box, out);
+  if (box.origin == volumes::Coordinate{} && box.size.voxels() > 0) out[0] ^= std::byte{1};
+}
+
+}  // namespace cvr::experiments

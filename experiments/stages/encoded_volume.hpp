@@ -1,0 +1,37 @@
+// The encoded file that stages work on, its sizes, and its comparison with the original.
+#pragma once
+
+#include "codecs/container.hpp"
+#include "experiments/stages/stage.hpp"
+
+namespace cvr::experiments {
+
+/// Rates in percent of the original: `rate` of the whole file against the stored type, `published_rate` of
+/// the published bytes against `bytes_per_voxel` (0: the stored type); bits_per_voxel; breakdown. Throws
+/// StageFailure if the breakdown does not sum.
+Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std::uint32_t bytes_per_voxel);
+
+/// Adds rate_gzip and rate_xz: the file through gzip -6 and xz -6.
+void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes, Row& size);
+
+/// Reads the encoded file that an earlier stage of this run left in the scratch folder, or encodes on all
+/// cores and leaves it.
+codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSource& source);
+void leave_in_scratch(const WorkerSpec& spec, std::span<const std::byte> file);
+
+/// Decodes the finest level against the truth. Throws StageFailure when a lossless codec's voxels differ.
+Row compare_with_truth(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads);
+
+/// The original with one voxel changed: the test fault "mismatch" encodes it, so that the comparison must
+/// fail.
+class AlteredSource final : public volumes::VolumeSource {
+ public:
+  explicit AlteredSource(const volumes::VolumeSource& truth) : truth_(truth) {}
+  const volumes::VolumeInfo& info() const override { return truth_.info(); }
+  void read(const volumes::Box& box, std::byte* out) const override;
+
+ private:
+  const volumes::VolumeSource& truth_;
+};
+
+}  // namespace cvr::experiments

@@ -1,0 +1,55 @@
+// The speed of light of the table: the original copied plane by plane into memory that is there already.
+#include <cstring>
+
+#include "experiments/stages/destination.hpp"
+#include "experiments/stages/stage_kinds.hpp"
+#include "volumes/parallel.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+class MemcpyRun final : public StageRun {
+ public:
+  MemcpyRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
+      : spec_(spec), truth_(truth), destination_(truth.info(), spec.memory_limit / 2) {}
+
+  Row prepare() override {
+    round();
+    Row parts;
+    parts["destination"] = destination_.whole() ? "whole volume" : "one slab";
+    return parts;
+  }
+
+  std::vector<Sample> round() override {
+    const volumes::Extent& extent = truth_.info().extent;
+    const std::size_t plane = extent.x * extent.y * size_of(truth_.info().type);
+    const Stopwatch watch;
+    for (std::uint64_t z0 = 0; z0 < extent.z; z0 += destination_.preferred_depth()) {
+      const std::uint64_t z1 = std::min(extent.z, z0 + destination_.preferred_depth());
+      std::byte* out = destination_.begin(z0, z1);
+      const std::byte* voxels = truth_.data();
+      if (voxels == nullptr) {
+        truth_.read({{0, 0, z0}, {extent.x, extent.y, z1 - z0}}, out);
+        continue;
+      }
+      volumes::parallel_for(spec_.threads, z1 - z0, [&](unsigned, std::uint64_t z) {
+        std::memcpy(out + z * plane, voxels + (z0 + z) * plane, plane);
+      });
+    }
+    return {watch.lap(std::string(name_of(spec_.stage)), extent.voxels())};
+  }
+
+ private:
+  WorkerSpec spec_;
+  const volumes::VolumeSource& truth_;
+  Destination destination_;
+};
+
+}  // namespace
+
+std::unique_ptr<StageRun> make_memcpy_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+  return std::make_unique<MemcpyRun>(spec, truth);
+}
+
+}  // namespace cvr::experiments

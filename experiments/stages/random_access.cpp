@@ -1,0 +1,139 @@
+// Single voxels without decoding their brick: ns a voxel for uniform, clustered and one-label points, for
+// each level of detail.
+//
+// One thread: latency is what is asked. Each round times every series once. The number of points is the same
+// for all series of a cell, at least 1e5, and more where a codec is so fast that a round would take less than
+// about 50 ms. Labels are checked before: level 0 against the original, coarser levels against the decoded
+// level.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "codecs/container.hpp"
+#include "experiments/stages/encoded_volume.hpp"
+#include "experiments/stages/points.hpp"
+#include "experiments/stages/stage_kinds.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+constexpr std::uint64_t kLeastPoints = 100000;
+constexpr std::uint64_t kMostPoints = 2000000;
+constexpr double kRoundSeconds = 0.05;
+
+struct PointSet {
+  std::string name;
+  std::vector<volumes::Coordinate> points;
+};
+
+class RandomAccessRun final : public StageRun {
+ public:
+  RandomAccessRun(const WorkerSpec& spec, const volumes::VolumeSource& truth) : spec_(spec), truth_(truth) {}
+
+  Row prepare() override {
+    const AlteredSource altered(truth_);
+    const volumes::VolumeSource& source =
+        spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
+    bytes_ = obtain_encoded(spec_, source);
+    file_.emplace(checked(codecs::open_file(bytes_.bytes())));
+    decoder_ = checked(codecs::open_decoder(*file_));
+    access_ = decoder_->voxel_access();
+    if (access_ == nullptr) {
+      throw StageFailure(kUnsupported, "no access to single voxels");
+    }
+    Row parts;
+    parts["verification"] = compare_with_truth(bytes_.bytes(), truth_, spec_.threads);
+    parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
+    for (unsigned lod = 0; lod < decoder_->levels(); ++lod) {
+      if (spec_.lods.empty() || std::ranges::find(spec_.lods, lod) != spec_.lods.end()) lods_.push_back(lod);
+    }
+    if (lods_.empty())
+      throw StageFailure(kUnsupported,
+                         fmt::format("has {} levels of detail, none was asked for", decoder_->levels()));
+    make_points();
+    parts["verification"]["points_compared"] = check_points();
+    parts["points_per_series"] = labels_.size();
+    return parts;
+  }
+
+  std::vector<Sample> round() override {
+    std::vector<Sample> samples;
+    for (const PointSet& set : sets_) {
+      for (const unsigned lod : lods_) {
+        const Stopwatch watch;
+        const auto done = access_->at(set.points, lod, labels_);
+        samples.push_back(watch.lap(fmt::format("{}/{}", set.name, lod), labels_.size()));
+        if (!done) fail_stage(done.error());
+      }
+    }
+    return samples;
+  }
+
+ private:
+  void make_points() {
+    const volumes::Extent& extent = truth_.info().extent;
+    auto trial = uniform_points(extent, spec_.seed, kLeastPoints / 4);
+    labels_.resize(trial.size());
+    const Stopwatch watch;
+    checked(access_->at(trial, lods_.front(), labels_));
+    const double per_point = watch.lap("", 0).wall_seconds / static_cast<double>(trial.size());
+    const double series = 3.0 * static_cast<double>(lods_.size());
+    const double wanted = std::clamp(kRoundSeconds / (std::max(per_point, 1e-9) * series),
+                                     static_cast<double>(kLeastPoints), static_cast<double>(kMostPoints));
+    const auto count = static_cast<std::uint64_t>(wanted);
+    sets_.push_back({"uniform", uniform_points(extent, spec_.seed, count)});
+    sets_.push_back({"clustered", clustered_points(extent, spec_.seed, count)});
+    sets_.push_back({"one-label", one_label_points(truth_, spec_.seed, count)});
+    labels_.resize(count);
+  }
+
+  /// Returns the number of compared labels.
+  std::uint64_t check_points() {
+    std::uint64_t compared = 0, mismatches = 0;
+    for (const unsigned lod : lods_) {
+      std::optional<volumes::Volume> level;
+      if (lod > 0) {
+        volumes::VolumeSink sink(codecs::level_info(truth_.info(), lod));
+        checked(decoder_->decode(lod, spec_.threads, sink));
+        level = sink.take();
+      }
+      for (const PointSet& set : sets_) {
+        checked(access_->at(set.points, lod, labels_));
+        const auto expected =
+            lod == 0 ? labels_at(truth_, set.points) : labels_of_level(*level, lod, set.points);
+        for (std::size_t i = 0; i < expected.size(); ++i) mismatches += expected[i] != labels_[i] ? 1 : 0;
+        compared += expected.size();
+      }
+    }
+    if (mismatches > 0)
+      throw StageFailure(kFailed,
+                         fmt::format("{} of {} labels at single voxels are wrong", mismatches, compared));
+    return compared;
+  }
+
+  static std::vector<std::uint64_t> labels_of_level(const volumes::Volume& level, unsigned lod,
+                                                    const std::vector<volumes::Coordinate>& points) {
+    std::vector<volumes::Coordinate> nodes;
+    for (const auto& p : points) nodes.push_back({p.x >> lod, p.y >> lod, p.z >> lod});
+    return labels_at(volumes::MemorySource(level), nodes);
+  }
+
+  WorkerSpec spec_;
+  const volumes::VolumeSource& truth_;
+  codecs::Buffer bytes_;
+  std::optional<codecs::OpenedFile> file_;
+  std::unique_ptr<codecs::Decoder> decoder_;
+  const codecs::VoxelAccess* access_ = nullptr;
+  std::vector<unsigned> lods_;
+  std::vector<PointSet> sets_;
+  std::vector<std::uint64_t> labels_;
+};
+
+}  // namespace
+
+std::unique_ptr<StageRun> make_random_access_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+  return std::make_unique<RandomAccessRun>(spec, truth);
+}
+
+}  // namespace cvr::experiments

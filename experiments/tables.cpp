@@ -1,0 +1,231 @@
+#include "experiments/tables.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "experiments/metrics.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/published.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+struct TableLine {
+  const Cell* cell;  ///< any of the line
+  std::map<Stage, const Row*> rows;
+};
+
+std::string label_of(const Cell& cell, const std::string& key) {
+  if (key == "dataset") return cell.dataset->name;
+  if (key == "codec") return cell.codec;
+  if (key == "threads")
+    return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
+  if (key == "parameters") return cell.parameters.canonical();
+  const auto found = cell.parameters.values().find(key);
+  return found == cell.parameters.values().end() ? "" : found->second;
+}
+
+/// The lines in the order of the configuration, memcpy first for each data set.
+std::vector<TableLine> collect_lines(const TableSpec& spec, const Config& config,
+                                     const std::map<std::string, Row>& latest) {
+  std::vector<TableLine> lines;
+  std::map<std::string, std::size_t> by_key;
+  const Filter where{spec.where};
+  for (const Cell& cell : config.cells) {
+    // memcpy has no parameters; conditions on them do not take its line away.
+    Filter applicable = where;
+    if (cell.codec == kMemcpy) {
+      std::erase_if(applicable.only, [](const auto& c) {
+        return c.first != "dataset" && c.first != "codec" && c.first != "threads";
+      });
+    }
+    if (!applicable.keeps(cell)) continue;
+    const auto [at, added] = by_key.emplace(cell.line_key(), lines.size());
+    if (added) lines.push_back({&cell, {}});
+    const auto row = latest.find(cell.row_key());
+    lines[at->second].rows[cell.stage] = row == latest.end() ? nullptr : &row->second;
+  }
+  // Line order: data sets, then threads, then codecs as the configuration lists them.
+  std::map<std::string, std::size_t> dataset_order;
+  for (const TableLine& line : lines) dataset_order.emplace(line.cell->dataset->name, dataset_order.size());
+  std::ranges::stable_sort(lines, {},
+                           [&](const TableLine& line) { return dataset_order[line.cell->dataset->name]; });
+  return lines;
+}
+
+void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::string>& notes) {
+  std::map<std::string, std::vector<std::string>> reasons;
+  std::size_t not_run = 0;
+  for (const TableLine& line : lines) {
+    for (const auto& [stage, row] : line.rows) {
+      if (row == nullptr) {
+        ++not_run;
+        continue;
+      }
+      const std::string status = row->value("status", "");
+      if (status == kOk) continue;
+      const std::string reason =
+          fmt::format("{} {}: {}", name_of(stage), status, row->value("reason", "no reason given"));
+      auto& who = reasons[reason];
+      const std::string name = status == kDataMissing ? line.cell->dataset->name : line.cell->codec;
+      if (std::ranges::find(who, name) == who.end()) who.push_back(name);
+    }
+  }
+  for (const auto& [reason, who] : reasons)
+    notes.push_back(fmt::format("{} ({})", reason, fmt::join(who, ", ")));
+  if (not_run > 0) notes.push_back(fmt::format("{} cells have not been run.", not_run));
+}
+
+void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::string>& notes) {
+  std::vector<std::string> machines, labels;
+  const auto add_once = [](std::vector<std::string>& texts, const std::string& text) {
+    if (!text.empty() && std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
+  };
+  for (const TableLine& line : lines) {
+    for (const auto& [stage, row] : line.rows) {
+      if (row == nullptr) continue;
+      if (row->contains("provenance")) add_once(machines, hardware_line((*row)["provenance"]));
+      if (!row->contains("dataset")) continue;
+      const std::string label = (*row)["dataset"].value("label", "");
+      if (!label.empty()) add_once(labels, fmt::format("{} is a {} volume", line.cell->dataset->name, label));
+    }
+  }
+  for (const std::string& machine : machines) notes.push_back("Measured on: " + machine + ".");
+  for (std::string label : labels) {
+    if (const std::size_t at = label.find(" is a stand-in for "); at != std::string::npos) {
+      label = label.substr(0, label.size() - std::string_view(" volume").size());
+      label += " voxels: a generated volume, its rates are not those of the original";
+    }
+    notes.push_back(label + ".");
+  }
+}
+
+std::string escape_latex(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (std::string_view("%_#&${}").find(c) != std::string_view::npos) escaped += '\\';
+    if (c == '~' || c == '^' || c == '\\') {
+      escaped += c == '~' ? "\\textasciitilde{}" : c == '^' ? "\\textasciicircum{}" : "\\textbackslash{}";
+      continue;
+    }
+    escaped += c;
+  }
+  return escaped;
+}
+
+std::string quote_csv(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted(1, '"');
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  quoted += '"';
+  return quoted;
+}
+
+std::string render_markdown(const Table& table) {
+  std::vector<std::size_t> widths;
+  for (std::size_t c = 0; c < table.headings.size(); ++c) {
+    std::size_t width = std::max<std::size_t>(3, table.headings[c].size());
+    for (const auto& line : table.lines) width = std::max(width, line[c].size());
+    widths.push_back(width);
+  }
+  std::string text = fmt::format("### {}\n\n", table.title);
+  const auto add_line = [&](const std::vector<std::string>& cells) {
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      text += c < table.labels ? fmt::format("| {:<{}} ", cells[c], widths[c])
+                               : fmt::format("| {:>{}} ", cells[c], widths[c]);
+    }
+    text += "|\n";
+  };
+  add_line(table.headings);
+  for (std::size_t c = 0; c < widths.size(); ++c) {
+    const std::string dashes(widths[c] + 1, '-');
+    text += c < table.labels ? fmt::format("|:{}", dashes) : fmt::format("|{}:", dashes);
+  }
+  text += "|\n";
+  for (const auto& line : table.lines) add_line(line);
+  if (!table.notes.empty()) text += "\n";
+  for (const std::string& note : table.notes) text += fmt::format("- {}\n", note);
+  return text;
+}
+
+std::string render_csv(const Table& table) {
+  std::string text;
+  const auto add_line = [&text](const std::vector<std::string>& cells) {
+    for (std::size_t c = 0; c < cells.size(); ++c) text.append(c == 0 ? "" : ",").append(quote_csv(cells[c]));
+    text += "\n";
+  };
+  add_line(table.headings);
+  for (const auto& line : table.lines) add_line(line);
+  return text;
+}
+
+std::string render_latex(const Table& table) {
+  std::string columns(table.labels, 'l');
+  columns.append(table.headings.size() - table.labels, 'r');
+  std::string text = fmt::format("% {}\n\\begin{{tabular}}{{{}}}\n\\hline\n", table.title, columns);
+  const auto add_line = [&text](const std::vector<std::string>& cells) {
+    for (std::size_t c = 0; c < cells.size(); ++c)
+      text.append(c == 0 ? "" : " & ").append(escape_latex(cells[c]));
+    text += " \\\\\n";
+  };
+  add_line(table.headings);
+  text += "\\hline\n";
+  for (const auto& line : table.lines) add_line(line);
+  text += "\\hline\n\\end{tabular}\n";
+  for (const std::string& note : table.notes) text += fmt::format("% {}\n", note);
+  return text;
+}
+
+}  // namespace
+
+std::optional<TableFormat> table_format_from_name(std::string_view name) {
+  if (name == "md") return TableFormat::kMarkdown;
+  if (name == "csv") return TableFormat::kCsv;
+  if (name == "latex") return TableFormat::kLatex;
+  return std::nullopt;
+}
+
+Table make_table(const TableSpec& spec, const Config& config, const std::vector<Row>& rows) {
+  Table table{spec.name, spec.title, {}, spec.rows.size(), {}, {}};
+  std::optional<PublishedTable> published;
+  if (!spec.published_file.empty()) published = load_published(spec.published_file, spec.published_table);
+  const auto latest = latest_by(rows, "key");
+  const auto lines = collect_lines(spec, config, latest);
+  for (const std::string& key : spec.rows) table.headings.push_back(key);
+  for (const std::string& column : spec.columns) table.headings.emplace_back(find_metric(column)->heading);
+  for (const TableLine& line : lines) {
+    const LineContext context{line.rows, published ? published->find(*line.cell) : nullptr,
+                              line.cell->codec == kMemcpy};
+    std::vector<std::string> cells;
+    for (const std::string& key : spec.rows) cells.push_back(label_of(*line.cell, key));
+    for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->text(context));
+    table.lines.push_back(std::move(cells));
+  }
+  add_origin_notes(lines, table.notes);
+  if (published) {
+    table.notes.push_back(
+        fmt::format("Published: {}; {}.{}", published->citation, published->title,
+                    published->hardware.empty() ? "" : " Times there: " + published->hardware + "."));
+  }
+  add_status_notes(lines, table.notes);
+  return table;
+}
+
+std::string render(const Table& table, TableFormat format) {
+  switch (format) {
+    case TableFormat::kMarkdown:
+      return render_markdown(table);
+    case TableFormat::kCsv:
+      return render_csv(table);
+    case TableFormat::kLatex:
+      return render_latex(table);
+  }
+  return "";
+}
+
+}  // namespace cvr::experiments

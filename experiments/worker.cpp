@@ -1,0 +1,99 @@
+#include "experiments/worker.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "experiments/stages/stage.hpp"
+#include "volumes/io/io.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+/// Address space that threads reserve without using it: a stack and a malloc arena each.
+constexpr std::uint64_t kReservedPerThread = std::uint64_t{160} << 20;
+constexpr std::uint64_t kProgram = std::uint64_t{256} << 20;
+
+void limit_memory(const WorkerSpec& spec) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if (spec.memory_limit == 0) return;
+  // RLIMIT_DATA counts private writable memory, which is what the limit is about; RLIMIT_AS bounds every
+  // other mapping too.
+  const std::uint64_t all =
+      spec.memory_limit + spec.location.info.bytes() + kProgram + (spec.threads + 2) * kReservedPerThread;
+  const rlimit data{spec.memory_limit, spec.memory_limit}, space{all, all};
+  setrlimit(RLIMIT_DATA, &data);
+  setrlimit(RLIMIT_AS, &space);
+#else
+  (void)spec;  // a sanitizer's shadow memory exceeds any limit
+#endif
+}
+
+/// Starts the record of the largest resident memory anew, so that it tells of the timed rounds and not of the
+/// check.
+void reset_peak_memory() {
+  std::ofstream clear("/proc/self/clear_refs");
+  clear << "5" << std::flush;
+}
+
+void break_on_purpose(const std::string& fault) {
+  if (fault == "crash") std::raise(SIGSEGV);
+  while (fault == "hang") pause();
+  std::vector<std::unique_ptr<char[]>> blocks;
+  while (fault == "oom") {
+    constexpr std::size_t kBlock = 16 << 20;
+    blocks.push_back(std::make_unique<char[]>(kBlock));
+  }
+}
+
+void send(std::ostream& out, const Row& message) {
+  out << message.dump(-1, ' ', false, Row::error_handler_t::replace) << '\n' << std::flush;
+}
+
+void serve(const WorkerSpec& spec, std::istream& in, std::ostream& out) {
+  const auto truth = spec.raw_path.empty() ? open_location(spec.location, spec.threads)
+                                           : volumes::open_volume(spec.raw_path, spec.location.info.kind);
+  break_on_purpose(spec.fault);
+  const auto stage = make_stage_run(spec, *truth);
+  const Row parts = stage->prepare();
+  reset_peak_memory();
+  send(out, {{"event", "ready"}, {"parts", parts}});
+  for (std::string line; std::getline(in, line) && line == "round";) {
+    Row samples = Row::array();
+    for (const Sample& s : stage->round())
+      samples.push_back(Row::array({s.series, s.wall_seconds, s.cpu_seconds, s.count}));
+    send(out, {{"event", "round"}, {"samples", samples}});
+  }
+}
+
+}  // namespace
+
+int serve_worker(std::istream& in, std::ostream& out) {
+  const auto failure = [&out](std::string_view status, std::string_view reason) {
+    send(out, {{"event", "failure"}, {"status", status}, {"reason", reason}});
+    return 1;
+  };
+  try {
+    std::string line;
+    std::getline(in, line);
+    const WorkerSpec spec = worker_spec_from_json(line);
+    limit_memory(spec);
+    serve(spec, in, out);
+    return 0;
+  } catch (const StageFailure& error) {
+    return failure(error.status(), error.what());
+  } catch (const std::bad_alloc&) {
+    return failure(kOutOfMemory, "an allocation failed within the memory limit");
+  } catch (const std::exception& error) {
+    return failure(kFailed, error.what());
+  }
+}
+
+}  // namespace cvr::experiments

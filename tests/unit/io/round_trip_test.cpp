@@ -1,0 +1,216 @@
+// Every voxel type through every format: voxels, extent, kind and voxel size come back, nothing else is left
+// on disk.
+#include <fmt/format.h>
+
+#include "io_fixture.hpp"
+#include "volumes/io/nrrd.hpp"
+
+namespace cvr::volumes {
+namespace {
+
+struct Case {
+  VoxelType type;
+  VolumeKind kind;
+};
+constexpr std::array kCases{
+    Case{VoxelType::kU8, VolumeKind::kLabels},   Case{VoxelType::kU16, VolumeKind::kLabels},
+    Case{VoxelType::kU32, VolumeKind::kLabels},  Case{VoxelType::kU64, VolumeKind::kLabels},
+    Case{VoxelType::kU8, VolumeKind::kScalars},  Case{VoxelType::kU16, VolumeKind::kScalars},
+    Case{VoxelType::kI16, VolumeKind::kScalars}, Case{VoxelType::kF32, VolumeKind::kScalars},
+};
+
+class RoundTrip : public IoTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(RoundTrip, KeepsVoxelsAndInfo) {
+  const std::string ending = GetParam();
+  for (const Extent& extent : {Extent{70, 13, 67}, Extent{1, 1, 1}, Extent{1, 9, 1}, Extent{5, 7, 3}}) {
+    for (const Case& c : kCases) {
+      SCOPED_TRACE(fmt::format("{} {} {} {}", ending, to_string(extent), name_of(c.type), name_of(c.kind)));
+      const Volume volume = patterned(extent, c.type, c.kind);
+      const std::string name = path("volume" + ending);
+      write_volume(name, MemorySource(volume));
+      const auto source = open_volume(name);
+      EXPECT_EQ(source->info().extent, extent);
+      EXPECT_EQ(source->info().kind, c.kind);
+      ASSERT_EQ(source->info().type, c.type);
+      const bool nifti = ending.starts_with(".nii");
+      EXPECT_EQ(source->info().voxel_unit, nifti ? "um" : "nm");
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double expected = volume.info().voxel_size[axis] * (nifti ? 1e-3 : 1);
+        EXPECT_NEAR(source->info().voxel_size[axis], expected, nifti ? expected * 1e-6 : 0);
+      }
+      expect_boxes(*source, volume);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, RoundTrip,
+                         testing::Values(".h5", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".raw"),
+                         [](const auto& info) {
+                           std::string name(info.param + 1);
+                           std::replace(name.begin(), name.end(), '.', '_');
+                           return name;
+                         });
+
+using Writers = IoTest;
+
+TEST_F(Writers, LeaveOnlyTheirFiles) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
+  for (const char* name : {"a.h5", "b.nrrd", "c.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"}) {
+    write_volume(path(name), MemorySource(volume));
+    write_volume(path(name), MemorySource(volume));
+  }
+  expect_files({"a.h5", "b.nrrd", "c.nhdr", "c.nhdr.bin", "d.nii", "e.nii.gz", "f.raw", "f.raw.yaml",
+                "g.precomputed"});
+}
+
+TEST_F(Writers, GiveEqualFilesForEqualVolumes) {
+  const Volume volume = patterned({70, 13, 67}, VoxelType::kU32, VolumeKind::kLabels);
+  for (const char* ending : {".h5", ".nrrd", ".nii.gz", ".raw"}) {
+    write_volume(path(std::string("one") + ending), MemorySource(volume));
+    write_volume(path(std::string("two") + ending), MemorySource(volume));
+    EXPECT_EQ(read_bytes(path(std::string("one") + ending)), read_bytes(path(std::string("two") + ending)))
+        << ending;
+  }
+}
+
+/// A source that fails half way.
+class FailingSource final : public VolumeSource {
+ public:
+  const VolumeInfo& info() const override { return info_; }
+  void read(const Box& box, std::byte* out) const override {
+    if (box.origin.z > 0) throw InputError("source: broken");
+    std::memset(out, 1, box.size.voxels());
+  }
+
+ private:
+  VolumeInfo info_{.extent = {64, 64, 200}, .type = VoxelType::kU8, .voxel_unit = {}};
+};
+
+TEST_F(Writers, KeepTheOldFileWhenTheSourceFails) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU8, VolumeKind::kLabels);
+  for (const char* name : {"a.h5", "b.nrrd", "c.nhdr", "d.nii", "e.nii.gz", "f.raw"}) {
+    write_volume(path(name), MemorySource(volume));
+    EXPECT_THROW(write_volume(path(name), FailingSource()), InputError) << name;
+    expect_boxes(*open_volume(path(name)), volume);
+  }
+  EXPECT_THROW(write_volume(path("g.precomputed"), FailingSource()), InputError);
+  expect_files({"a.h5", "b.nrrd", "c.nhdr", "c.nhdr.bin", "d.nii", "e.nii.gz", "f.raw", "f.raw.yaml"});
+}
+
+/// Gives its boxes to HDF5 while HDF5 is being written, and keeps what the file says of its origin.
+TEST_F(Writers, ConvertFromFileToFile) {
+  class Named final : public VolumeSource {
+   public:
+    explicit Named(const Volume& volume) : memory_(volume) {}
+    const VolumeInfo& info() const override { return memory_.info(); }
+    void read(const Box& box, std::byte* out) const override { memory_.read(box, out); }
+    Provenance provenance() const override { return {"a: name # 1", "line one\nline \\two", "CC BY 4.0"}; }
+
+   private:
+    MemorySource memory_;
+  };
+  const Volume volume = patterned({70, 13, 67}, VoxelType::kU64, VolumeKind::kLabels);
+  write_volume(path("a.h5"), Named(volume));
+  write_volume(path("b.h5"), *open_volume(path("a.h5")));
+  write_volume(path("c.nrrd"), *open_volume(path("b.h5")));
+  write_volume(path("d.raw"), *open_volume(path("c.nrrd")));
+  const auto last = open_volume(path("d.raw"));
+  EXPECT_EQ(last->provenance(), Named(volume).provenance());
+  expect_boxes(*last, volume);
+}
+
+TEST_F(Writers, RefuseFoldersAndMissingFolders) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU8, VolumeKind::kLabels);
+  std::filesystem::create_directory(path("folder.raw"));
+  EXPECT_THROW(write_volume(path("folder.raw"), MemorySource(volume)), InputError);
+  for (const char* name :
+       {"none/a.h5", "none/b.nrrd", "none/d.nii", "none/f.raw", "none/g.precomputed", "a.tif", "a.h5[1]"}) {
+    EXPECT_THROW(write_volume(path(name), MemorySource(volume)), InputError) << name;
+  }
+}
+
+using Names = IoTest;
+
+TEST_F(Names, TellVolumesFromOtherFiles) {
+  for (const char* name :
+       {"a.h5", "a.hdf5", "a.h5:/x", "a.h5:/x/y[3]", "a.h5[3]", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz",
+        "a.nii.gz[2]", "a.raw", "a.precomputed", "a.precomputed/8_8_40", "a.precomputed/b.h5", "new/"}) {
+    EXPECT_TRUE(is_volume_path(name)) << name;
+  }
+  for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.raw[1]", "a", "", "a.nii.bz2"}) {
+    EXPECT_FALSE(is_volume_path(name)) << name;
+  }
+}
+
+TEST_F(Names, MissingFilesAndFoldersAreErrors) {
+  for (const char* ending : {".h5", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".raw", ".precomputed", ".tif"}) {
+    expect_error(path(std::string("none") + ending), {std::string("none") + ending});
+    std::filesystem::create_directory(path(std::string("folder") + ending));
+    expect_error(path(std::string("folder") + ending), {std::string("folder") + ending});
+  }
+}
+
+TEST_F(Names, EmptyAndForeignFilesAreErrors) {
+  for (const char* ending : {".h5", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".raw"}) {
+    expect_error(write_bytes(std::string("empty") + ending, ""), {std::string("empty") + ending});
+    std::string noise;
+    for (unsigned i = 0; i < 5000; ++i) noise += static_cast<char>(i * 2654435761u >> 11);
+    expect_error(write_bytes(std::string("noise") + ending, noise), {std::string("noise") + ending});
+  }
+}
+
+/// Every prefix of a small file is refused: at opening, or when the missing voxels are read.
+TEST_F(Names, TruncatedFilesAreErrors) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
+  for (const char* ending : {".nrrd", ".nii", ".nii.gz", ".raw"}) {
+    const std::string whole = path(std::string("whole") + ending);
+    write_volume(whole, MemorySource(volume));
+    const std::string bytes = read_bytes(whole);
+    if (std::string(ending) == ".raw") std::filesystem::copy(whole + ".yaml", path("cut.raw.yaml"));
+    for (std::size_t length = 0; length < bytes.size(); ++length) {
+      const std::string cut =
+          write_bytes(std::string("cut") + ending, std::string_view(bytes).substr(0, length));
+      EXPECT_THROW(read_all(*open_volume(cut)), InputError) << ending << " of " << length << " bytes";
+    }
+  }
+}
+
+/// Any single changed byte of a small file gives a volume or an InputError, and never anything else.
+TEST_F(Names, ChangedBytesGiveVolumesOrErrors) {
+  const Volume volume = patterned({5, 4, 3}, VoxelType::kU32, VolumeKind::kLabels);
+  for (const char* name : {"a.nrrd", "b.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"}) {
+    write_volume(path(name), MemorySource(volume));
+  }
+  const std::array<std::array<std::string, 2>, 8> cases{
+      {{"a.nrrd", "a.nrrd"},
+       {"b.nhdr", "b.nhdr"},
+       {"d.nii", "d.nii"},
+       {"e.nii.gz", "e.nii.gz"},
+       {"f.raw", "f.raw"},
+       {"f.raw", "f.raw.yaml"},
+       {"g.precomputed", "g.precomputed/info"},
+       {"g.precomputed", "g.precomputed/8_4.5_40/0-5_0-4_0-3"}}};
+  unsigned refused = 0;
+  for (const auto& [opened, changed] : cases) {
+    const std::string good = read_bytes(path(changed));
+    for (std::size_t at = 0; at < std::min<std::size_t>(good.size(), 700); ++at) {
+      for (const char flip : {'\x01', '\x10', '\x80', '\xff'}) {
+        std::string bytes = good;
+        bytes[at] = static_cast<char>(bytes[at] ^ flip);
+        write_bytes(changed, bytes);
+        try {
+          const auto source = open_volume(path(opened));
+          if (source->info().bytes() < (1u << 24)) read_all(*source);
+        } catch (const InputError&) {
+          ++refused;
+        }
+      }
+    }
+    write_bytes(changed, good);
+  }
+  EXPECT_GT(refused, 1000u);
+}
+
+}  // namespace
+}  // namespace cvr::volumes

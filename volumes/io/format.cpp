@@ -1,0 +1,110 @@
+#include "volumes/io/format.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace cvr::volumes {
+
+namespace {
+
+constexpr std::uint64_t kMaximumBytes = std::uint64_t{1} << 48;
+constexpr std::uint64_t kSlabPlanes = 64;
+constexpr std::uint64_t kSlabBytes = std::uint64_t{512} << 20;
+
+template <class T>
+void reject_negative(const std::string& file, std::span<const std::byte> bytes) {
+  for (std::size_t at = 0; at + sizeof(T) <= bytes.size(); at += sizeof(T)) {
+    T value;
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    if (value < 0) {
+      throw_input_error(
+          file, "voxels", "labels without a sign",
+          fmt::format("the label {} in a volume stored as signed integers", static_cast<long long>(value)));
+    }
+  }
+}
+
+}  // namespace
+
+void throw_input_error(const std::string& file, std::string_view position, std::string_view expected,
+                       std::string_view found) {
+  throw InputError(fmt::format("{}: {}{}expected {}, found {}", file, position, position.empty() ? "" : ": ",
+                               expected, found));
+}
+
+Interpretation interpret(const std::string& file, StoredType stored, std::optional<VolumeKind> hint,
+                         std::optional<VolumeKind> stated) {
+  const bool scalar_by_rule = stored.type == VoxelType::kI16 || stored.type == VoxelType::kF32;
+  const VolumeKind by_rule = scalar_by_rule ? VolumeKind::kScalars : VolumeKind::kLabels;
+  const VolumeKind kind = hint.value_or(stated.value_or(by_rule));
+  const std::string found =
+      stored.is_signed ? fmt::format("i{}", 8 * size_of(stored.type)) : std::string(name_of(stored.type));
+  if (kind == VolumeKind::kLabels) {
+    if (stored.type == VoxelType::kF32) throw_input_error(file, "voxel type", "integer labels", "f32");
+    const VoxelType type = stored.type == VoxelType::kI16 ? VoxelType::kU16 : stored.type;
+    return {type, kind, stored.is_signed};
+  }
+  const bool wide = stored.type == VoxelType::kU32 || stored.type == VoxelType::kU64;
+  if (wide || (stored.is_signed && stored.type == VoxelType::kU8)) {
+    throw_input_error(file, "voxel type", "scalars of type u8, u16, i16 or f32", found);
+  }
+  return {stored.type, kind, false};
+}
+
+Extent check_extent(const std::string& file, std::string_view position,
+                    const std::array<std::uint64_t, 3>& size, VoxelType type) {
+  std::uint64_t bytes = size_of(type);
+  for (const std::uint64_t n : size) {
+    const bool fits = n > 0 && bytes <= kMaximumBytes / n;
+    if (!fits) {
+      throw_input_error(file, position, "an extent of at least 1 voxel on every axis and at most 2^48 bytes",
+                        fmt::format("{}x{}x{} voxels of type {}", size[0], size[1], size[2], name_of(type)));
+    }
+    bytes *= n;
+  }
+  return {size[0], size[1], size[2]};
+}
+
+void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width) {
+  switch (width) {
+    case 1:
+      return reject_negative<std::int8_t>(file, voxels);
+    case 2:
+      return reject_negative<std::int16_t>(file, voxels);
+    case 4:
+      return reject_negative<std::int32_t>(file, voxels);
+    default:
+      return reject_negative<std::int64_t>(file, voxels);
+  }
+}
+
+std::optional<double> metres_of(std::string_view unit) {
+  struct Unit {
+    std::string_view name;
+    double metres;
+  };
+  static constexpr std::array kUnits{
+      Unit{"m", 1.0},           Unit{"meter", 1.0},       Unit{"cm", 1e-2},      Unit{"mm", 1e-3},
+      Unit{"millimeter", 1e-3}, Unit{"um", 1e-6},         Unit{"\u00b5m", 1e-6}, Unit{"\u03bcm", 1e-6},
+      Unit{"micron", 1e-6},     Unit{"micrometer", 1e-6}, Unit{"microns", 1e-6}, Unit{"nm", 1e-9},
+      Unit{"nanometer", 1e-9},  Unit{"angstrom", 1e-10},
+  };
+  const auto found =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.name == unit; });
+  return found == kUnits.end() ? std::nullopt : std::optional(found->metres);
+}
+
+void for_each_slab(const VolumeSource& source, const std::function<void(std::span<const std::byte>)>& take) {
+  const VolumeInfo& info = source.info();
+  const std::uint64_t plane = info.extent.x * info.extent.y * size_of(info.type);
+  const std::uint64_t depth = std::clamp<std::uint64_t>(kSlabBytes / plane, 1, kSlabPlanes);
+  SlabReader reader(source);
+  for (std::uint64_t z0 = 0; z0 < info.extent.z; z0 += depth) {
+    const std::uint64_t z1 = std::min(z0 + depth, info.extent.z);
+    take({reader.read(z0, z1), (z1 - z0) * plane});
+  }
+}
+
+}  // namespace cvr::volumes

@@ -1,0 +1,81 @@
+// What the readers and writers of this folder share: names taken apart, error texts, and how stored types
+// become volumes.
+//
+// A reader turns its header into an Interpretation and an extent that check_extent has accepted, so that no
+// size from a file is trusted before it has been compared with the bytes that are there.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "volumes/error.hpp"
+#include "volumes/source.hpp"
+
+namespace cvr::volumes {
+
+/// A volume name taken apart: FILE, FILE:DATASET, FILE[STEP], FILE:DATASET[STEP].
+struct VolumePath {
+  std::string file;
+  std::string dataset;                ///< HDF5 only; empty: the only one
+  std::optional<std::uint64_t> step;  ///< of a 4D series
+};
+
+/// Throws InputError "FILE: POSITION: expected EXPECTED, found FOUND"; an empty position is left out.
+[[noreturn]] void throw_input_error(const std::string& file, std::string_view position,
+                                    std::string_view expected, std::string_view found);
+
+/// A voxel type as stored; signed integers of 8, 32 and 64 bits carry the unsigned type of their width.
+struct StoredType {
+  VoxelType type;
+  bool is_signed = false;
+};
+
+struct Interpretation {
+  VoxelType type;
+  VolumeKind kind;
+  bool reject_negative = false;  ///< stored signed, read as unsigned labels: a negative voxel is an error
+};
+
+/// Settles what a stored type means: the caller's hint goes before what the file states, and that before the
+/// rule "unsigned types are labels, i16 and f32 scalars". Throws for f32 labels and for scalars of other
+/// types than u8, u16, i16, f32.
+Interpretation interpret(const std::string& file, StoredType stored, std::optional<VolumeKind> hint,
+                         std::optional<VolumeKind> stated);
+
+/// Checks (X, Y, Z): no axis is empty and the voxels take at most 2^48 bytes, so that later products cannot
+/// overflow.
+Extent check_extent(const std::string& file, std::string_view position,
+                    const std::array<std::uint64_t, 3>& size, VoxelType type);
+
+/// Throws if a voxel of a volume stored as signed integers of `width` bytes (native order) is negative.
+void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width);
+
+/// Metres of a unit of length ("m", "cm", "mm", "um", "nm", "angstrom" and their usual spellings).
+std::optional<double> metres_of(std::string_view unit);
+
+/// Calls `take` with all voxels in slabs of whole planes, in ascending z: 64 planes each where they fit into
+/// 512 MiB.
+void for_each_slab(const VolumeSource& source, const std::function<void(std::span<const std::byte>)>& take);
+
+std::unique_ptr<VolumeSource> open_hdf5(const VolumePath& path, std::optional<VolumeKind> kind);
+std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, std::optional<VolumeKind> kind);
+std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, std::optional<VolumeKind> kind);
+std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, std::optional<VolumeKind> kind);
+std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, std::optional<VolumeKind> kind);
+
+void write_hdf5(const VolumePath& path, const VolumeSource& source);
+void write_nrrd(const VolumePath& path, const VolumeSource& source);
+void write_nifti(const VolumePath& path, const VolumeSource& source);
+void write_raw(const VolumePath& path, const VolumeSource& source);
+void write_precomputed(const VolumePath& path, const VolumeSource& source);
+
+/// A trailing slash, a component that ends in ".precomputed", or an existing folder in or below a folder with
+/// an `info` file.
+bool is_precomputed_path(const std::string& path);
+
+}  // namespace cvr::volumes

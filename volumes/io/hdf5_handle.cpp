@@ -1,0 +1,32 @@
+#include "volumes/io/hdf5_handle.hpp"
+
+namespace cvr::volumes {
+
+namespace {
+
+std::recursive_mutex& library_mutex() {
+  static std::recursive_mutex mutex;  // as global as the library's own state, which it guards
+  return mutex;
+}
+
+}  // namespace
+
+Hdf5Session::Hdf5Session() : lock_(library_mutex()) {
+  H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+Hdf5Session::~Hdf5Session() { H5Eset_auto2(H5E_DEFAULT, print_, print_data_); }
+
+std::string hdf5_reason() {
+  std::string reason;
+  const H5E_walk2_t keep_innermost = [](unsigned, const H5E_error2_t* entry, void* data) -> herr_t {
+    auto& text = *static_cast<std::string*>(data);
+    if (text.empty() && entry->desc != nullptr) text = entry->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
+  return reason.empty() ? "an unknown failure" : reason;
+}
+
+}  // namespace cvr::volumes

@@ -1,0 +1,118 @@
+// The table of formats, and how a name picks its line. A new format is one line here and one file beside it.
+#include "volumes/io/io.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+
+#include "volumes/io/format.hpp"
+
+namespace cvr::volumes {
+
+namespace {
+
+struct Format {
+  std::string_view name;
+  std::array<std::string_view, 2>
+      endings;  ///< of the file name; none: the precomputed folder, known by other signs
+  bool has_datasets;
+  bool has_steps;
+  std::unique_ptr<VolumeSource> (*open)(const VolumePath&, std::optional<VolumeKind>);
+  void (*write)(const VolumePath&, const VolumeSource&);
+
+  bool matches(const std::string& file) const {
+    return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) {
+      return !ending.empty() && file.size() > ending.size() && file.ends_with(ending);
+    });
+  }
+};
+
+constexpr std::array kFormats{
+    Format{"HDF5", {".h5", ".hdf5"}, true, true, open_hdf5, write_hdf5},
+    Format{"NRRD", {".nrrd", ".nhdr"}, false, false, open_nrrd, write_nrrd},
+    Format{"NIfTI", {".nii", ".nii.gz"}, false, true, open_nifti, write_nifti},
+    Format{"raw", {".raw", ""}, false, false, open_raw, write_raw},
+};
+constexpr Format kPrecomputed{"precomputed", {}, false, false, open_precomputed, write_precomputed};
+
+struct Chosen {
+  const Format* format = nullptr;  ///< null: not the name of a volume
+  VolumePath path;
+};
+
+/// Cuts "[T]" off the end.
+std::optional<std::uint64_t> cut_step(std::string& name) {
+  const std::size_t open = name.rfind('[');
+  if (!name.ends_with(']') || open == std::string::npos) return std::nullopt;
+  std::uint64_t step = 0;
+  const char* const end = name.data() + name.size() - 1;
+  const auto [stop, error] = std::from_chars(name.data() + open + 1, end, step);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  name.resize(open);
+  return step;
+}
+
+Chosen choose_file(const std::string& path) {
+  for (const Format& format : kFormats) {
+    if (format.matches(path)) return {&format, {path, {}, {}}};
+    VolumePath cut{path, {}, {}};
+    if (format.has_steps) cut.step = cut_step(cut.file);
+    if (format.matches(cut.file)) return {&format, cut};
+    if (!format.has_datasets) continue;
+    for (std::size_t colon = cut.file.find(':'); colon != std::string::npos;
+         colon = cut.file.find(':', colon + 1)) {
+      const std::string file = cut.file.substr(0, colon);
+      if (format.matches(file)) return {&format, {file, cut.file.substr(colon + 1), cut.step}};
+    }
+  }
+  return {};
+}
+
+/// A file inside a folder called X.precomputed is a file; a precomputed folder called X.raw is a folder.
+Chosen choose(const std::string& path) {
+  const Chosen file = choose_file(path);
+  std::error_code ignored;
+  const bool may_be_folder = file.format == nullptr || std::filesystem::is_directory(path, ignored);
+  return may_be_folder && is_precomputed_path(path) ? Chosen{&kPrecomputed, {path, {}, {}}} : file;
+}
+
+Chosen choose_or_throw(const std::string& path) {
+  Chosen chosen = choose(path);
+  if (chosen.format == nullptr) {
+    std::error_code ignored;
+    throw_input_error(
+        path, "", "a name ending in .h5, .hdf5, .nrrd, .nhdr, .nii, .nii.gz, .raw, or a precomputed folder",
+        std::filesystem::is_directory(path, ignored) ? "a folder without a file info" : "another name");
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional<VolumeKind> kind) {
+  const Chosen chosen = choose_or_throw(path);
+  try {
+    return chosen.format->open(chosen.path, kind);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw_input_error(path, "", "a readable file or folder", error.what());
+  }
+}
+
+void write_volume(const std::string& path, const VolumeSource& source) {
+  const Chosen chosen = choose_or_throw(path);
+  if (chosen.path.step) throw_input_error(path, "", "a name without a step: series are not written", "[T]");
+  const VolumeInfo& info = source.info();
+  check_extent(path, "", {info.extent.x, info.extent.y, info.extent.z}, info.type);
+  try {
+    chosen.format->write(chosen.path, source);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw_input_error(path, "", "a name that can be written", error.what());
+  }
+}
+
+bool is_volume_path(const std::string& path) { return choose(path).format != nullptr; }
+
+}  // namespace cvr::volumes
