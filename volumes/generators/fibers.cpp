@@ -30,7 +30,7 @@ namespace {
 constexpr std::array kParameters{
     GeneratorParameter{"density", 8.1, 0, 60, "fibres per 10^6 voxels"},
     GeneratorParameter{"radius", 3.3, 0.5, 20, "mean radius in voxels"},
-    GeneratorParameter{"length", 325, 4, 600, "mean length in voxels"},
+    GeneratorParameter{"length", 375, 4, 600, "mean length in voxels"},
     GeneratorParameter{"spread", 0.35, 0, 2,
                        "angular spread: tangent of the standard deviation around the main direction"},
     GeneratorParameter{"core", 0.1, 0, 1, "share of the core layer, whose fibres lie across the flow"},
@@ -39,6 +39,7 @@ constexpr std::array kParameters{
 };
 
 constexpr std::uint64_t kTileEdge = 64;
+constexpr double kLongest = 2.01;  ///< of the mean length
 
 using Vector = std::array<double, 3>;
 
@@ -135,7 +136,7 @@ class FiberList {
 Fiber FiberList::propose(RandomSequence& random) const {
   Fiber fiber;
   for (std::size_t i = 0; i < 3; ++i) fiber.centre[i] = random.between(-margin_, extent_[i] + margin_);
-  // Lengths: the mean times a factor of mean 1 between 0.3 and 2.1, short ones being common.
+  // Lengths: the mean times a factor of mean 1 from 0.3 to kLongest, short ones being common.
   const double u = random.unit();
   fiber.half_length = 0.5 * request_["length"] * (0.3 + 1.8 * u * (0.4 + 0.55 * u));
   fiber.radius = request_["radius"] * (1 + 0.06 * random.bell());
@@ -169,7 +170,7 @@ FiberList::FiberList(const GeneratorRequest& request)
     : request_(request),
       extent_{static_cast<double>(request.extent.x), static_cast<double>(request.extent.y),
               static_cast<double>(request.extent.z)},
-      margin_(0.5 * request["length"]) {
+      margin_(kLongest / 2 * request["length"]) {
   double room = 1;
   for (const double axis : extent_) room *= axis + 2 * margin_;
   const double wanted = room * request["density"] * 1e-6;
