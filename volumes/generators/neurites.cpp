@@ -32,7 +32,7 @@ constexpr std::array kParameters{
     GeneratorParameter{"roughness", 2.5, 0, 8, "amplitude of the finest warp in voxels"},
     GeneratorParameter{"gap", 0.16, 0.01, 10, "claim above which a voxel is background"},
     GeneratorParameter{"slip", 0.6, 0, 8, "largest shift of a slice in voxels"},
-    GeneratorParameter{"length", 350, 50, 1e6, "of a tube in voxels"},
+    GeneratorParameter{"length", 600, 50, 1e6, "of a tube in voxels"},
     GeneratorParameter{"ids", 1296889, 1, 4294967295.0, "largest label", true},
 };
 
