@@ -181,6 +181,8 @@ std::vector<std::string> values_of(const ParameterSpec& spec) {
     case ParameterType::kTriple:
       values.push_back(triple(spec.minimum, spec.minimum, spec.minimum));
       values.push_back(triple(spec.minimum, inner, std::min(2 * inner + 1, spec.maximum)));
+      values.push_back(triple(spec.maximum, spec.minimum, spec.minimum));
+      values.push_back(triple(spec.minimum, spec.minimum, spec.maximum));
       values.push_back(triple(spec.maximum, spec.maximum, spec.maximum));
       break;
     case ParameterType::kInteger:
@@ -191,6 +193,13 @@ std::vector<std::string> values_of(const ParameterSpec& spec) {
       break;
   }
   return values;
+}
+
+/// Some parameters are legal each but not together, whatever the volume (a window of more voxels than its word has bits).
+bool encodes_one_voxel(const Codec& codec, const Parameters& parameters) {
+  Volume volume({.extent = {1, 1, 1}, .type = codec.traits().types.front(), .voxel_unit = {}});
+  std::fill_n(volume.data(), volume.info().bytes(), std::byte{0});
+  return codec.encode(volumes::MemorySource(volume), parameters, 1).has_value();
 }
 
 }  // namespace
@@ -276,7 +285,8 @@ std::vector<Parameters> parameter_corners(const Codec& codec) {
   for (const auto& assignments : sets) {
     const auto parsed = Parameters::parse(codec.parameters(), assignments);
     if (!parsed) throw std::logic_error(std::string(codec.traits().id) + ": " + parsed.error().message);
-    if (seen.insert(parsed->canonical()).second) corners.push_back(*parsed);
+    if (seen.insert(parsed->canonical()).second && encodes_one_voxel(codec, *parsed))
+      corners.push_back(*parsed);
   }
   return corners;
 }
