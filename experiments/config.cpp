@@ -92,6 +92,7 @@ Dataset read_generated(const YamlValue& value) {
   } catch (const InputError& error) {
     value.reject(error.what());
   }
+  dataset.full_extent = dataset.extent;
   dataset.kind = info->volume_kind;
   dataset.title = info->summary;
   if (dataset.name.empty()) dataset.name = fmt::format("{}-{}", choice.kind, to_string(dataset.extent));
@@ -166,9 +167,11 @@ void read_codec(const YamlValue& value, std::vector<CodecChoice>& choices) {
       const std::string assignment = axis.name + "=" + one;
       const auto checked = codecs::Parameters::parse(codec->parameters(), std::span(&assignment, 1));
       if (!checked) axis.place.reject(fmt::format("{}: {}", codec->traits().id, checked.error().message));
-      for (auto product : products) {
-        product.push_back(assignment);
-        longer.push_back(std::move(product));
+    }
+    for (const auto& product : products) {
+      for (const std::string& one : axis.values) {
+        longer.push_back(product);
+        longer.back().push_back(axis.name + "=" + one);
       }
     }
     products = std::move(longer);
