@@ -127,6 +127,9 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
     return fail(ErrorCode::kTruncated, fmt::format("offset 12: header of {} and payload of {} bytes announced, the file has {}",
                                                    header_size, payload_size, bytes.size()));
   }
+  if (header_size % 8 != 0) {
+    return fail(ErrorCode::kMalformed, fmt::format("offset 12: expected a header of a multiple of 8 bytes, found {}", header_size));
+  }
   const auto header = bytes.first(header_size);
   const auto payload = bytes.subspan(header_size);
   const auto payload_hash = in.get<std::uint64_t>();

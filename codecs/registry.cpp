@@ -2,10 +2,11 @@
 
 #include <array>
 
+#include "codecs/compresso/compresso.hpp"
 #include "codecs/csgv/csgv.hpp"
+#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
-#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/raw/raw.hpp"
 
 namespace cvr::codecs {
@@ -15,7 +16,10 @@ std::span<const Codec* const> all_codecs() {
       &raw_codec(),
       &zstd_codec(),
       &lzma_codec(),
+      &hdf5_gzip_codec(),
       &neuroglancer_codec(),
+      &compresso_codec(),
+      &compresso_lzma_codec(),
       &csgv_nibble_codec(),
       &csgv_rans_codec(),
       &csgvr_nibble_codec(),

@@ -142,7 +142,7 @@ void BrickEncoder::for_each_brick(const T* slab, std::uint64_t first_layer, std:
 template <class Body>
 void BrickEncoder::for_each_slab(unsigned stride, Body&& body) {
   const Extent& e = layout_.extent;
-  const std::uint64_t layers_a_slab = std::max<std::uint64_t>(kSlabDepth / brick_, 1) * stride;
+  const std::uint64_t layers_a_slab = stride > 1 ? stride : std::max<std::uint64_t>(kSlabDepth / brick_, 1);
   for (std::uint64_t layer = 0; layer < layout_.grid.z; layer += layers_a_slab) {
     // With a stride only the first layer of a slab is asked for.
     const std::uint64_t layers = stride > 1 ? 1 : std::min(layers_a_slab, layout_.grid.z - layer);

@@ -85,7 +85,8 @@ void Reconstruction<Reader>::fill_below(unsigned level, std::uint32_t n, unsigne
   }
 }
 
-/// With deltas the digits stand between the symbols: one at a time.
+/// With deltas the digits stand between the symbols: one at a time. A leading zero digit ends the brick: no encoder writes it,
+/// and entropy-coded ones could go on for billions of digits in a few bytes.
 template <class Reader>
 bool Reconstruction<Reader>::take_with_digits(unsigned valid, std::uint64_t& codes) {
   codes = 0;
@@ -99,6 +100,7 @@ bool Reconstruction<Reader>::take_with_digits(unsigned valid, std::uint64_t& cod
     for (std::uint64_t digit = kStopBit; (digit & kStopBit) != 0;) {
       if (!reader_.take(1, digit) || distance > palette_.size) return false;
       distance = distance << 3 | (digit & 7);
+      if (distance == 0 && (digit & kStopBit) != 0) return false;
     }
     distances_[c] = static_cast<std::uint32_t>(distance + 1);
   }

@@ -183,7 +183,6 @@ BrickError CsgvrFormat::check_levels(Words words, const CsgvrBrick& brick, std::
     start += nodes;
     nodes = 8 * open;
   }
-  if (stop_bits_ && succinct::words64(start) != succinct::words64(symbols)) return "the stop bits are not as many as the nodes";
   symbols = start;
   return nullptr;
 }
@@ -227,6 +226,9 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, unsign
   const std::uint32_t first_level = words.w[header - kWaveletLevels + 1];
   if (first_level > symbols) return "the first wavelet level has more symbols than the brick";
   symbols = first_level;
+  if (stop_bits_ && words.w[size - palette_size - 1] != succinct::words64(symbols)) {
+    return "the stop bits are not as many as the nodes";
+  }
   const std::uint64_t s_parts =
       stop_bits_ ? 2 * (std::uint64_t{succinct::flat_rank_entries(symbols)} + succinct::words64(symbols)) + 1 : 0;
   if (s_at + s_parts + palette_size != size) return "the parts of the brick do not fill it";

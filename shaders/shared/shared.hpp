@@ -13,5 +13,6 @@ namespace cvr::shaders {
 
 #include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
+#include "shaders/shared/neuroglancer.glsl"
 
 }  // namespace cvr::shaders

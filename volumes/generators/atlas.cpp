@@ -1,14 +1,15 @@
-// atlas: a brain of 203 regions of very different sizes in much background, symmetric about the middle x. A stand-in for AZBA of the
-// CSGV-R paper; 204 labels with the background 0.
+// atlas: a brain of 203 regions of very different sizes in much background, symmetric about the middle x. A
+// stand-in for AZBA of the CSGV-R paper; 204 labels with the background 0.
 //
-// Everything is defined in the space of the paper's volume, 470 x 1224 x 670, and sampled at the extent asked for: an atlas keeps its
-// regions at any size. The brain is the union of seven ellipsoids (olfactory bulb, telencephalon, tectum, hypothalamus, cerebellum,
-// hindbrain, spinal cord), given for one half and mirrored. The tectum is layered by depth. Elsewhere a voxel belongs to the region s with
-// the smallest |p - c_s| - w_s, c_s its centre and w_s its heavy-tailed size; all p are warped by smooth noise, the same on both sides but
-// for a small part, and by a jitter from slice to slice, as outlines drawn by hand have it.
+// Everything is defined in the space of the paper's volume, 470 x 1224 x 670, and sampled at the extent asked
+// for: an atlas keeps its regions at any size. The brain is the union of seven ellipsoids (olfactory bulb,
+// telencephalon, tectum, hypothalamus, cerebellum, hindbrain, spinal cord), given for one half and mirrored.
+// The tectum is layered by depth. Elsewhere a voxel belongs to the region s with the smallest |p - c_s| -
+// w_s, c_s its centre and w_s its heavy-tailed size; all p are warped by smooth noise, the same on both sides
+// but for a small part, and by a jitter from slice to slice, as outlines drawn by hand have it.
 //
-// |p - c| - w changes by at most the distance that p moves, so a tile needs to look at few regions: those whose value at
-// its middle exceeds the smallest by at most twice the tile's radius and warp.
+// |p - c| - w changes by at most the distance that p moves, so a tile needs to look at few regions: those
+// whose value at its middle exceeds the smallest by at most twice the tile's radius and warp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,26 +25,27 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::array kParameters{
-    GeneratorParameter{"warp", 24, 0, 100, "amplitude of the smooth warp of the borders, in voxels of the paper's volume"},
-    GeneratorParameter{"roughness", 1.2, 0, 20, "amplitude of the fine warp, in the same voxels"},
-    GeneratorParameter{"jitter", 0.8, 0, 20, "shift of outlines from slice to slice, in the same voxels"},
+    GeneratorParameter{"warp", 14, 0, 100,
+                       "amplitude of the smooth warp of the borders, in voxels of the paper's volume"},
+    GeneratorParameter{"roughness", 0.4, 0, 20, "amplitude of the fine warp, in the same voxels"},
+    GeneratorParameter{"jitter", 0.3, 0, 20, "shift of outlines from slice to slice, in the same voxels"},
     GeneratorParameter{"asymmetry", 0.1, 0, 1, "share of the warp that differs between the sides"},
-    GeneratorParameter{"fill", 1, 0.2, 1.2, "factor on the radii of the brain"},
+    GeneratorParameter{"fill", 0.8, 0.2, 1.2, "factor on the radii of the brain"},
 };
 
 constexpr Extent kTile{64, 16, 16};
 constexpr Extent kPaper{470, 1224, 670};
-constexpr std::uint32_t kRegions = 203, kLayers = 6;
+constexpr std::uint32_t kRegions = 203, kLayers = 4;
 constexpr std::size_t kTectum = 2;
 
 struct Lobe {
-  float x, y, z;           ///< centre; x from the middle plane
+  float x, y, z;  ///< centre; x from the middle plane
   float radius_x, radius_y, radius_z;
 };
 
 constexpr std::array kLobes{
-    Lobe{44, 130, 330, 40, 95, 62},    Lobe{62, 330, 300, 92, 175, 130},  Lobe{104, 610, 250, 118, 215, 150},
-    Lobe{58, 560, 480, 92, 230, 120},  Lobe{40, 845, 235, 140, 130, 135}, Lobe{46, 920, 400, 104, 230, 120},
+    Lobe{44, 130, 330, 40, 95, 62},   Lobe{62, 330, 300, 92, 175, 130},  Lobe{104, 610, 250, 118, 215, 150},
+    Lobe{58, 560, 480, 92, 230, 120}, Lobe{40, 845, 235, 140, 130, 135}, Lobe{46, 920, 400, 104, 230, 120},
     Lobe{20, 1120, 420, 62, 190, 80},
 };
 
@@ -53,13 +55,14 @@ struct Region {
 
 /// How far inside a lobe a point is: 1 at the centre, 0 on the surface, negative outside.
 float depth(const Lobe& lobe, float x, float y, float z) {
-  const float dx = (x - lobe.x) / lobe.radius_x, dy = (y - lobe.y) / lobe.radius_y, dz = (z - lobe.z) / lobe.radius_z;
+  const float dx = (x - lobe.x) / lobe.radius_x, dy = (y - lobe.y) / lobe.radius_y,
+              dz = (z - lobe.z) / lobe.radius_z;
   return 1.0F - (dx * dx + dy * dy + dz * dz);
 }
 
 std::uint32_t scaled(double paper, std::uint64_t extent, std::uint64_t paper_extent) {
-  return static_cast<std::uint32_t>(std::max(1.0, std::floor(paper * static_cast<double>(extent) /
-                                                                 static_cast<double>(paper_extent) + 0.5)));
+  return static_cast<std::uint32_t>(std::max(
+      1.0, std::floor(paper * static_cast<double>(extent) / static_cast<double>(paper_extent) + 0.5)));
 }
 
 class AtlasSource final : public TiledSource {
@@ -90,7 +93,8 @@ class AtlasSource final : public TiledSource {
   std::vector<Region> regions_;  ///< region i has the label i + 1
 };
 
-AtlasSource::AtlasSource(const GeneratorRequest& request) : TiledSource(request, VoxelType::kU8, kTile), lobes_(kLobes) {
+AtlasSource::AtlasSource(const GeneratorRequest& request)
+    : TiledSource(request, VoxelType::kU8, kTile), lobes_(kLobes) {
   const std::array<std::uint64_t, 3> extent{request.extent.x, request.extent.y, request.extent.z};
   const std::array<std::uint64_t, 3> paper{kPaper.x, kPaper.y, kPaper.z};
   for (std::size_t i = 0; i < 3; ++i) step_[i] = static_cast<float>(paper[i]) / static_cast<float>(extent[i]);
@@ -105,7 +109,8 @@ AtlasSource::AtlasSource(const GeneratorRequest& request) : TiledSource(request,
                                         scaled(z, extent[2], paper[2])};
   };
   const auto warp = static_cast<float>(request["warp"]), asymmetry = static_cast<float>(request["asymmetry"]);
-  const auto roughness = static_cast<float>(request["roughness"]), jitter = static_cast<float>(request["jitter"]);
+  const auto roughness = static_cast<float>(request["roughness"]),
+             jitter = static_cast<float>(request["jitter"]);
   RandomSequence random(hash(request.seed, 0xA71A5));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     warps_[axis].push_back({ValueNoise(random.next(), spacing(90, 90, 90)), warp * (1 - asymmetry), true});
@@ -131,14 +136,15 @@ void AtlasSource::place_regions(const GeneratorRequest& request) {
     Region region{static_cast<float>(random.between(0, 235)), static_cast<float>(random.between(0, 1224)),
                   static_cast<float>(random.between(0, 670)), 0};
     const double u = random.unit();
-    region.size = static_cast<float>(70 * u * u * u);
+    region.size = static_cast<float>(110 * u * u * u * u);
     const bool inside = std::any_of(lobes_.begin(), lobes_.end(), [&](const Lobe& lobe) {
       return &lobe != &lobes_[kTectum] && depth(lobe, region.x, region.y, region.z) > 0.1F &&
-             depth(lobe, region.x, region.y, region.z) > depth(lobes_[kTectum], region.x, region.y, region.z) + 0.1F;
+             depth(lobe, region.x, region.y, region.z) >
+                 depth(lobes_[kTectum], region.x, region.y, region.z) + 0.1F;
     });
     const bool apart = std::all_of(regions_.begin(), regions_.end(), [&](const Region& other) {
       const float dx = region.x - other.x, dy = region.y - other.y, dz = region.z - other.z;
-      const float least = 14 + std::abs(region.size - other.size);
+      const float least = 10 + std::abs(region.size - other.size);
       return dx * dx + dy * dy + dz * dz > least * least;
     });
     if (inside && apart) regions_.push_back(region);
@@ -167,7 +173,8 @@ void AtlasSource::place_row(const Coordinate& start, std::size_t count, Row& row
         warp.noise.add_row(static_cast<std::int64_t>(start.x), count, y, z, warp.amplitude, rows[axis]);
         continue;
       }
-      if (left > 0) warp.noise.add_row(static_cast<std::int64_t>(start.x), left, y, z, warp.amplitude, rows[axis]);
+      if (left > 0)
+        warp.noise.add_row(static_cast<std::int64_t>(start.x), left, y, z, warp.amplitude, rows[axis]);
       if (const std::size_t right = count - left; right > 0) {
         const auto mirror = static_cast<std::int64_t>(width - (start.x + count));
         std::fill_n(row.reversed.begin(), right, 0.0F);
@@ -179,8 +186,11 @@ void AtlasSource::place_row(const Coordinate& start, std::size_t count, Row& row
 }
 
 std::vector<std::uint32_t> AtlasSource::regions_near(const Box& box) const {
-  const auto middle = [](std::uint64_t origin, std::uint64_t size) { return static_cast<float>(origin) + 0.5F * static_cast<float>(size); };
-  const float ex = 0.5F * static_cast<float>(box.size.x) * step_[0], ey = 0.5F * static_cast<float>(box.size.y) * step_[1],
+  const auto middle = [](std::uint64_t origin, std::uint64_t size) {
+    return static_cast<float>(origin) + 0.5F * static_cast<float>(size);
+  };
+  const float ex = 0.5F * static_cast<float>(box.size.x) * step_[0],
+              ey = 0.5F * static_cast<float>(box.size.y) * step_[1],
               ez = 0.5F * static_cast<float>(box.size.z) * step_[2];
   const float x = middle(box.origin.x, box.size.x) * step_[0] - 0.5F * static_cast<float>(kPaper.x);
   const float px = x < 0 ? -x : x, py = middle(box.origin.y, box.size.y) * step_[1],

@@ -1,15 +1,16 @@
-// neurites: tortuous processes of very different calibres, interleaved and dense, as in a segmentation of brain tissue from electron
-// microscopy. A stand-in for H01 of the CSGV-R paper.
+// neurites: tortuous processes of very different calibres, interleaved and dense, as in a segmentation of
+// brain tissue from electron microscopy. A stand-in for H01 of the CSGV-R paper.
 //
-// Eight families of tubes, each with a direction and a calibre of its own, thin ones being common, compete for every voxel. In the plane across
-// its direction a family is a jittered grid of tube centres; the two coordinates of that plane are warped by value noise at three
-// scales, which makes the tubes tortuous. A tube's claim on a voxel is its squared distance in units of its own radius; the smallest
-// claim of all families wins, so thin processes squeeze through between thick ones. Claims above `gap` lose to the background, label 0:
-// the extracellular space and membranes where no process is near. Each z slice is shifted by up to `slip` voxels, as sections of
-// tissue are.
+// Eight families of tubes, each with a direction and a calibre of its own, thin ones being common, compete
+// for every voxel. In the plane across its direction a family is a jittered grid of tube centres; the two
+// coordinates of that plane are warped by value noise at three scales, which makes the tubes tortuous. A
+// tube's claim on a voxel is its squared distance in units of its own radius; the smallest claim of all
+// families wins, so thin processes squeeze through between thick ones. Claims above `gap` lose to the
+// background, label 0: the extracellular space and membranes where no process is near. Each z slice is
+// shifted by up to `slip` voxels, as sections of tissue are.
 //
-// Tubes are cut along their length, and about `branches` near tubes of a family carry one label, as the branches of a cell. Ids are hashed into
-// 1 .. `ids`, as a crop of a larger volume has them: not consecutive, and without any order in space.
+// Tubes are cut into pieces along their length, each a label. Ids are hashed into 1 .. `ids`, as a crop of a
+// larger volume has them: not consecutive, and without any order in space; two pieces share one now and then.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,19 +26,19 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::array kParameters{
-    GeneratorParameter{"calibre", 24, 4, 200, "distance of neighbouring tubes of the middle family in voxels"},
+    GeneratorParameter{"calibre", 74, 4, 200,
+                       "distance of neighbouring tubes of the middle family in voxels"},
     GeneratorParameter{"tortuosity", 1, 0, 4, "factor on the amplitude of the warp"},
-    GeneratorParameter{"roughness", 1.0, 0, 8, "amplitude of the finest warp in voxels"},
+    GeneratorParameter{"roughness", 2.5, 0, 8, "amplitude of the finest warp in voxels"},
     GeneratorParameter{"gap", 0.16, 0.01, 10, "claim above which a voxel is background"},
-    GeneratorParameter{"slip", 0.5, 0, 8, "largest shift of a slice in voxels"},
-    GeneratorParameter{"branches", 3, 1, 64, "tubes that share a label, in the mean"},
-    GeneratorParameter{"length", 2000, 50, 1e6, "of a tube in voxels"},
+    GeneratorParameter{"slip", 0.6, 0, 8, "largest shift of a slice in voxels"},
+    GeneratorParameter{"length", 400, 50, 1e6, "of a tube in voxels"},
     GeneratorParameter{"ids", 1296889, 1, 4294967295.0, "largest label", true},
 };
 
 constexpr Extent kTile{128, 32, 32};
 constexpr std::array<float, 8> kCalibres{0.7F, 0.75F, 0.85F, 0.95F, 1.1F, 1.4F, 2.0F, 3.6F};
-constexpr std::array<std::uint32_t, 3> kWarpSpacing{192, 56, 18};
+constexpr std::array<std::uint32_t, 3> kWarpSpacing{192, 56, 7};
 constexpr float kJitter = 0.7F;
 
 using Vector = std::array<double, 3>;
@@ -71,7 +72,8 @@ std::array<Vector, 3> random_frame(RandomSequence& random) {
     while (length < 0.1) {
       for (double& c : frame[i]) c = random.between(-1, 1);
       for (std::size_t j = 0; j < i; ++j) {
-        const double along = frame[i][0] * frame[j][0] + frame[i][1] * frame[j][1] + frame[i][2] * frame[j][2];
+        const double along =
+            frame[i][0] * frame[j][0] + frame[i][1] * frame[j][1] + frame[i][2] * frame[j][2];
         for (std::size_t k = 0; k < 3; ++k) frame[i][k] -= along * frame[j][k];
       }
       length = std::sqrt(frame[i][0] * frame[i][0] + frame[i][1] * frame[i][1] + frame[i][2] * frame[i][2]);
@@ -99,13 +101,14 @@ class NeuritesSource final : public TiledSource {
   std::uint64_t seed_;
   std::vector<Family> families_;
   float gap_, slip_;
-  double branches_, length_;
+  double length_;
   std::uint64_t ids_;
 };
 
 /// One row of voxels on its way through the families.
 struct NeuritesSource::Row {
-  explicit Row(std::size_t count) : count(count), u(count), v(count), claim(count), family(count), tube(count) {}
+  explicit Row(std::size_t count)
+      : count(count), u(count), v(count), claim(count), family(count), tube(count) {}
   std::size_t count;
   std::vector<float> u, v, claim;
   std::vector<std::uint32_t> family, tube;  ///< of the smallest claim so far
@@ -117,7 +120,6 @@ NeuritesSource::NeuritesSource(const GeneratorRequest& request)
       seed_(mix64(request.seed ^ 0x4E04)),
       gap_(static_cast<float>(request["gap"])),
       slip_(static_cast<float>(request["slip"])),
-      branches_(request["branches"]),
       length_(request["length"]),
       ids_(static_cast<std::uint64_t>(request["ids"])) {
   const auto tortuosity = static_cast<float>(request["tortuosity"]);
@@ -165,7 +167,8 @@ TubeTable NeuritesSource::tubes_near(const Family& family, const Box& box) const
       low += std::min(a, b);
       high += std::max(a, b);
     }
-    const double spread = static_cast<double>(family.total_amplitude + 2 * slip_ + 1), spacing = static_cast<double>(family.spacing);
+    const double spread = static_cast<double>(family.total_amplitude + 2 * slip_ + 1),
+                 spacing = static_cast<double>(family.spacing);
     first = static_cast<std::int64_t>(std::floor((low - spread) / spacing)) - 1;
     count = static_cast<std::int64_t>(std::floor((high + spread) / spacing)) + 2 - first;
   };
@@ -182,7 +185,8 @@ TubeTable NeuritesSource::tubes_near(const Family& family, const Box& box) const
 }
 
 /// Lets one family claim the voxels of a row: the four tubes whose grid boxes are nearest to the voxel.
-void NeuritesSource::compete(std::size_t number, const TubeTable& table, const Coordinate& start, Row& row) const {
+void NeuritesSource::compete(std::size_t number, const TubeTable& table, const Coordinate& start,
+                             Row& row) const {
   const Family& family = families_[number];
   const float y = static_cast<float>(start.y) + row.shift_y, z = static_cast<float>(start.z);
   const float base_u = family.u[1] * y + family.u[2] * z, base_v = family.v[1] * y + family.v[2] * z;
@@ -226,16 +230,11 @@ void NeuritesSource::compete(std::size_t number, const TubeTable& table, const C
   }
 }
 
-/// Groups of 4 x 4 tubes share as many labels as give `branches` tubes a label in the mean.
 std::uint32_t NeuritesSource::label(std::size_t family, const Tube& tube, float along) const {
-  const std::uint64_t seed = families_[family].seed;
-  const std::uint64_t own = hash(seed, tube.column, tube.row, 2);
-  const std::int64_t group_column = floor_div(tube.column, 4), group_row = floor_div(tube.row, 4);
-  const auto member = static_cast<std::int64_t>(static_cast<double>(own & 0xFFFF) * 0x1p-16 * (16.0 / branches_));
-  const std::uint64_t cell = hash(hash(seed, group_column, group_row, 3), member);
-  const double offset = static_cast<double>(cell >> 40) * 0x1p-24 * length_;
+  const std::uint64_t own = hash(families_[family].seed, tube.column, tube.row, 2);
+  const double offset = static_cast<double>(unit_float(own)) * length_;
   const auto piece = static_cast<std::int64_t>(std::floor((static_cast<double>(along) + offset) / length_));
-  return static_cast<std::uint32_t>(1 + hash(cell, piece) % ids_);
+  return static_cast<std::uint32_t>(1 + hash(own, piece) % ids_);
 }
 
 void NeuritesSource::fill(const Box& box, std::uint32_t* labels) const {
@@ -250,17 +249,18 @@ void NeuritesSource::fill(const Box& box, std::uint32_t* labels) const {
       std::fill(row.claim.begin(), row.claim.end(), gap_);
       std::fill(row.family.begin(), row.family.end(), std::numeric_limits<std::uint32_t>::max());
       for (std::size_t f = 0; f < families_.size(); ++f) compete(f, tables[f], {box.origin.x, y, z}, row);
-      // A label changes along a tube only at a cut, so a run of one tube asks for its label where `along` enters another piece;
-      // asking once a voxel keeps it simple and costs little beside the competition.
+      // A label changes along a tube only at a cut, so a run of one tube asks for its label where `along`
+      // enters another piece; asking once a voxel keeps it simple and costs little beside the competition.
       for (std::size_t i = 0; i < box.size.x; ++i) {
         if (row.family[i] == std::numeric_limits<std::uint32_t>::max()) {
           labels[i] = 0;
           continue;
         }
         const Family& family = families_[row.family[i]];
-        const float along = family.w[0] * static_cast<float>(box.origin.x + i) + family.w[1] * static_cast<float>(y) +
-                            family.w[2] * static_cast<float>(z);
-        labels[i] = label(row.family[i], tables[row.family[i]].tubes[row.tube[i]], along);
+        const Tube& tube = tables[row.family[i]].tubes[row.tube[i]];
+        const float along = family.w[0] * static_cast<float>(box.origin.x + i) +
+                            family.w[1] * static_cast<float>(y) + family.w[2] * static_cast<float>(z);
+        labels[i] = label(row.family[i], tube, along);
       }
     }
   }

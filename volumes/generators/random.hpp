@@ -1,7 +1,8 @@
-// Counter-based randomness: a number is a hash of the seed and of what it is for (a coordinate, an index), so that any box of a
-// generated volume can be made alone and in any order. The mixers are the finalisers of splitmix64 (Steele, Lea, Flood: Fast
-// splittable pseudorandom number generators, OOPSLA 2014) and a 32-bit multiply-xorshift of the same form, which vectorises.
-// Integer arithmetic only: the same values on every machine.
+// Counter-based randomness: a number is a hash of the seed and of what it is for (a coordinate, an index), so
+// that any box of a generated volume can be made alone and in any order. The mixers are the finalisers of
+// splitmix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014) and a 32-bit
+// multiply-xorshift of the same form, which vectorises. Integer arithmetic only: the same values on every
+// machine.
 #pragma once
 
 #include <cstdint>
@@ -45,8 +46,8 @@ class RandomSequence {
   std::uint64_t state_;
 };
 
-/// A permutation of [0, count) that needs no table: a four-round Feistel network over the next even number of bits, walked until it
-/// falls into the range.
+/// A permutation of [0, count) that needs no table: a four-round Feistel network over the next even number of
+/// bits, walked until it falls into the range.
 class Permutation {
  public:
   Permutation(std::uint64_t count, std::uint64_t seed) : count_(count), seed_(seed) {

@@ -9,7 +9,8 @@ namespace cvr::volumes {
 
 namespace {
 
-/// u64 voxels repeat the label in both halves, so that ids above 2^32 occur; narrower ones keep the lowest bits.
+/// u64 voxels repeat the label in both halves, so that ids above 2^32 occur; narrower ones keep the lowest
+/// bits.
 template <class T>
 T voxel_of(std::uint32_t label) {
   if constexpr (sizeof(T) == 8) {
@@ -22,13 +23,16 @@ T voxel_of(std::uint32_t label) {
 }  // namespace
 
 TiledSource::TiledSource(const GeneratorRequest& request, VoxelType type, const Extent& tile)
-    : info_{.extent = request.extent, .type = type, .kind = VolumeKind::kLabels}, tile_(tile), threads_(request.threads < 1 ? 1 : request.threads) {}
+    : info_{.extent = request.extent, .type = type, .kind = VolumeKind::kLabels},
+      tile_(tile),
+      threads_(request.threads < 1 ? 1 : request.threads) {}
 
 void TiledSource::read(const Box& box, std::byte* out) const {
   if (box.size.voxels() == 0) return;
   const Coordinate& o = box.origin;
   const Extent first{o.x / tile_.x, o.y / tile_.y, o.z / tile_.z};
-  const Extent tiles{(o.x + box.size.x - 1) / tile_.x - first.x + 1, (o.y + box.size.y - 1) / tile_.y - first.y + 1,
+  const Extent tiles{(o.x + box.size.x - 1) / tile_.x - first.x + 1,
+                     (o.y + box.size.y - 1) / tile_.y - first.y + 1,
                      (o.z + box.size.z - 1) / tile_.z - first.z + 1};
   std::vector<std::vector<std::uint32_t>> scratch(threads_);
   parallel_for(threads_, tiles.voxels(), [&](unsigned worker, std::uint64_t index) {

@@ -1,6 +1,7 @@
-// What every generator shares: a request (extent, seed, checked parameters, threads) and a source that cuts any box into tiles of
-// the volume's own fixed grid and has them made in parallel. A generator implements one function: the labels of a box that lies
-// inside one tile. Those labels may depend on the position alone, never on the box that was asked for.
+// What every generator shares: a request (extent, seed, checked parameters, threads) and a source that cuts
+// any box into tiles of the volume's own fixed grid and has them made in parallel. A generator implements one
+// function: the labels of a box that lies inside one tile. Those labels may depend on the position alone,
+// never on the box that was asked for.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +31,8 @@ class TiledSource : public VolumeSource {
  protected:
   /// Tiles have `tile` voxels and start at multiples of it.
   TiledSource(const GeneratorRequest& request, VoxelType type, const Extent& tile);
-  /// Writes the labels of `box`, which lies inside one tile, x fastest and densely packed. Called by several threads at once.
+  /// Writes the labels of `box`, which lies inside one tile, x fastest and densely packed. Called by several
+  /// threads at once.
   virtual void fill(const Box& box, std::uint32_t* labels) const = 0;
 
  private:

@@ -1,11 +1,11 @@
-// worst-case: hard patterns that every codec, cache and figure must survive. Labels are spread over all 32 bits; 0 and 2^32 - 1 occur.
+// worst-case: hard patterns that every codec, cache and figure must survive. Labels are spread over all 32
+// bits; 0 and 2^32 - 1 occur.
 //
 //   0 checkerboard   two labels, no two face neighbours alike
 //   1 distinct       every voxel a label of its own (up to 2^32 voxels)
 //   2 sheets         diagonal sheets x + y + z = constant of `thickness` voxels, each a label
-//   3 salt           one label, and at the share `density` of the voxels other labels, each once in a long while
-//   4 constant       one label, `value`
-//   5 noise          each voxel one of two labels at random
+//   3 salt           one label, and at the share `density` of the voxels other labels, each once in a long
+//   while 4 constant       one label, `value` 5 noise          each voxel one of two labels at random
 #include <array>
 
 #include "volumes/generators/kinds.hpp"
@@ -16,7 +16,8 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::array kParameters{
-    GeneratorParameter{"pattern", 0, 0, 5, "0 checkerboard, 1 distinct, 2 sheets, 3 salt, 4 constant, 5 noise", true},
+    GeneratorParameter{"pattern", 0, 0, 5,
+                       "0 checkerboard, 1 distinct, 2 sheets, 3 salt, 4 constant, 5 noise", true},
     GeneratorParameter{"bits", 32, 8, 64, "of a voxel: 8, 16, 32 or 64; with 64 ids exceed 2^32", true},
     GeneratorParameter{"thickness", 1, 1, 1024, "of a sheet in voxels along an axis", true},
     GeneratorParameter{"density", 0.01, 0, 1, "share of the salt"},
@@ -64,15 +65,20 @@ class WorstCaseSource final : public TiledSource {
   std::uint32_t label(const Coordinate& c) const {
     const auto random = [&] { return mix64(seed_ ^ info().extent.index(c)); };
     switch (pattern_) {
-      case kCheckerboard: return spread((c.x + c.y + c.z) % 2);
-      case kDistinct: return spread(info().extent.index(c));
-      case kSheets: return spread((c.x + c.y + c.z) / thickness_);
+      case kCheckerboard:
+        return spread((c.x + c.y + c.z) % 2);
+      case kDistinct:
+        return spread(info().extent.index(c));
+      case kSheets:
+        return spread((c.x + c.y + c.z) / thickness_);
       case kSalt: {
         const std::uint64_t r = random();
         return static_cast<double>(r >> 11) * 0x1p-53 < density_ ? spread(mix64(r)) : 0xFFFFFFFFu;
       }
-      case kNoise: return spread(random() >> 63);
-      default: return value_;
+      case kNoise:
+        return spread(random() >> 63);
+      default:
+        return value_;
     }
   }
 

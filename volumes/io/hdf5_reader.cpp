@@ -183,12 +183,27 @@ std::vector<hsize_t> dataset_size(const OpenDataset& dataset, const std::optiona
   return size;
 }
 
+/// The library trusts chunk sizes and would read past a chunk that a damaged header makes larger than the
+/// dataset.
+void check_chunk(const OpenDataset& dataset, const std::vector<hsize_t>& chunk) {
+  const Hdf5Handle space(H5Dget_space(dataset.dataset_id.get()), H5Sclose);
+  std::vector<hsize_t> limit(chunk.size());
+  H5Sget_simple_extent_dims(space.get(), nullptr, limit.data());
+  for (std::size_t axis = 0; axis < chunk.size(); ++axis) {
+    if (chunk[axis] == 0 || chunk[axis] > limit[axis]) {
+      throw_input_error(dataset.file, dataset.position(), "chunks no larger than the dataset",
+                        fmt::format("{} of {}", fmt::join(chunk, "x"), fmt::join(limit, "x")));
+    }
+  }
+}
+
 /// Reopens the dataset with a chunk cache of one layer of chunks in z.
 void enlarge_chunk_cache(OpenDataset& dataset, const std::vector<hsize_t>& size, std::size_t voxel) {
   const Hdf5Handle layout(H5Dget_create_plist(dataset.dataset_id.get()), H5Pclose);
   if (H5Pget_layout(layout.get()) != H5D_CHUNKED) return;
   std::vector<hsize_t> chunk(size.size());
   if (H5Pget_chunk(layout.get(), static_cast<int>(chunk.size()), chunk.data()) < 0) return;
+  check_chunk(dataset, chunk);
   const std::size_t rank = size.size();
   double layer = static_cast<double>(voxel);  // a double: chunk sizes come from the file and may overflow
   for (std::size_t axis = 0; axis < rank; ++axis) {

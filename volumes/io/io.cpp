@@ -55,8 +55,7 @@ std::optional<std::uint64_t> cut_step(std::string& name) {
   return step;
 }
 
-Chosen choose(const std::string& path) {
-  if (is_precomputed_path(path)) return {&kPrecomputed, {path, {}, {}}};
+Chosen choose_file(const std::string& path) {
   for (const Format& format : kFormats) {
     if (format.matches(path)) return {&format, {path, {}, {}}};
     VolumePath cut{path, {}, {}};
@@ -70,6 +69,14 @@ Chosen choose(const std::string& path) {
     }
   }
   return {};
+}
+
+/// A file inside a folder called X.precomputed is a file; a precomputed folder called X.raw is a folder.
+Chosen choose(const std::string& path) {
+  const Chosen file = choose_file(path);
+  std::error_code ignored;
+  const bool may_be_folder = file.format == nullptr || std::filesystem::is_directory(path, ignored);
+  return may_be_folder && is_precomputed_path(path) ? Chosen{&kPrecomputed, {path, {}, {}}} : file;
 }
 
 Chosen choose_or_throw(const std::string& path) {
@@ -87,7 +94,11 @@ Chosen choose_or_throw(const std::string& path) {
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional<VolumeKind> kind) {
   const Chosen chosen = choose_or_throw(path);
-  return chosen.format->open(chosen.path, kind);
+  try {
+    return chosen.format->open(chosen.path, kind);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw_input_error(path, "", "a readable file or folder", error.what());
+  }
 }
 
 void write_volume(const std::string& path, const VolumeSource& source) {
@@ -95,7 +106,11 @@ void write_volume(const std::string& path, const VolumeSource& source) {
   if (chosen.path.step) throw_input_error(path, "", "a name without a step: series are not written", "[T]");
   const VolumeInfo& info = source.info();
   check_extent(path, "", {info.extent.x, info.extent.y, info.extent.z}, info.type);
-  chosen.format->write(chosen.path, source);
+  try {
+    chosen.format->write(chosen.path, source);
+  } catch (const std::filesystem::filesystem_error& error) {
+    throw_input_error(path, "", "a name that can be written", error.what());
+  }
 }
 
 bool is_volume_path(const std::string& path) { return choose(path).format != nullptr; }

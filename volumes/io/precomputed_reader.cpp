@@ -44,7 +44,17 @@ std::optional<Location> locate(const std::string& path) {
   return here ? std::optional(Location{".", key.generic_string()}) : std::nullopt;
 }
 
-/// The end of the box a..a+n within chunk [start, start + size): first index and count.
+/// Only a name that is truly absent counts as missing: a folder that may not be read must not pass for zeros.
+bool exists(const std::string& name) {
+  std::error_code error;
+  const fs::file_type type = fs::status(name, error).type();
+  if (type == fs::file_type::none || type == fs::file_type::unknown) {
+    throw_input_error(name, "", "a readable chunk or none", error.message());
+  }
+  return type != fs::file_type::not_found;
+}
+
+/// The indices that [origin, origin + count) and [start, start + size) share on one axis.
 struct Overlap {
   std::uint64_t begin, end;
 };
@@ -86,8 +96,8 @@ class PrecomputedSource final : public VolumeSource {
     info_ = {scale_.size, meaning.type, meaning.kind, scale_.resolution, "nm"};
     folder_ = (fs::path(location.folder) / scale_.key).string();
     if (!fs::is_directory(folder_)) throw_input_error(folder_, "", "the folder of a scale", "none");
-    const std::uint64_t layer = ceil_div(scale_.size, 1).x * scale_.size.y *
-                                std::max<std::uint64_t>(scale_.chunk.z, 1) * size_of(info_.type);
+    const std::uint64_t layer =
+        scale_.size.x * scale_.size.y * std::max<std::uint64_t>(scale_.chunk.z, 1) * size_of(info_.type);
     cache_limit_ = std::min(layer, kCacheBytes);
   }
 
@@ -137,8 +147,8 @@ class PrecomputedSource final : public VolumeSource {
 
   Buffer decode_chunk(const Box& box) const {
     const std::string plain = (fs::path(folder_) / precomputed_chunk_name(scale_, box)).string();
-    const std::string name = !fs::exists(plain) && fs::exists(plain + ".gz") ? plain + ".gz" : plain;
-    if (!fs::exists(name)) return {};
+    const std::string name = !exists(plain) && exists(plain + ".gz") ? plain + ".gz" : plain;
+    if (!exists(name)) return {};
     const MappedFile file(name);
     Buffer voxels = scale_.compressed ? decode_compressed(file, box) : decode_raw(file, box);
     if (reject_negative_) reject_negative_voxels(name, voxels.bytes(), size_of(info_.type));

@@ -179,6 +179,17 @@ TEST_F(Hdf5, DamagedFilesAreErrors) {
   }
 }
 
+TEST_F(Hdf5, ChunksLargerThanTheDatasetAreRefused) {
+  const Volume volume = patterned({5, 4, 3}, VoxelType::kU32, VolumeKind::kLabels);
+  write_volume(path("a.h5"), MemorySource(volume));
+  std::string bytes = read_bytes(path("a.h5"));
+  const std::size_t chunk =
+      bytes.find(std::string("\3\0\0\0\4\0\0\0\5\0\0\0\4\0\0\0", 16));  // z, y, x, bytes a voxel
+  ASSERT_NE(chunk, std::string::npos);
+  bytes[chunk + 6] = '\x80';
+  expect_error(write_bytes("b.h5", bytes), {"chunks no larger than the dataset", "3x8388612x5 of 3x4x5"});
+}
+
 TEST_F(Hdf5, WritesIntoTheDatasetThatTheNameSays) {
   const Volume volume = patterned({5, 7, 3}, VoxelType::kU8, VolumeKind::kScalars);
   write_volume(path("a.h5") + ":/group/volume", MemorySource(volume));

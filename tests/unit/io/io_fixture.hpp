@@ -70,6 +70,7 @@ class IoTest : public testing::Test {
   std::string write_bytes(const std::string& name, std::string_view bytes) const {
     const std::filesystem::path file(path(name));
     std::filesystem::create_directories(file.parent_path());
+    std::filesystem::remove(file);  // cutting an existing file short makes some file systems wait for the disk
     std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return file.string();
   }

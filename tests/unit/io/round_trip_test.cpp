@@ -135,7 +135,7 @@ using Names = IoTest;
 TEST_F(Names, TellVolumesFromOtherFiles) {
   for (const char* name :
        {"a.h5", "a.hdf5", "a.h5:/x", "a.h5:/x/y[3]", "a.h5[3]", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz",
-        "a.nii.gz[2]", "a.raw", "a.precomputed", "a.precomputed/8_8_40", "new/"}) {
+        "a.nii.gz[2]", "a.raw", "a.precomputed", "a.precomputed/8_8_40", "a.precomputed/b.h5", "new/"}) {
     EXPECT_TRUE(is_volume_path(name)) << name;
   }
   for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.raw[1]", "a", "", "a.nii.bz2"}) {
@@ -174,6 +174,42 @@ TEST_F(Names, TruncatedFilesAreErrors) {
       EXPECT_THROW(read_all(*open_volume(cut)), InputError) << ending << " of " << length << " bytes";
     }
   }
+}
+
+/// Any single changed byte of a small file gives a volume or an InputError, and never anything else.
+TEST_F(Names, ChangedBytesGiveVolumesOrErrors) {
+  const Volume volume = patterned({5, 4, 3}, VoxelType::kU32, VolumeKind::kLabels);
+  for (const char* name : {"a.nrrd", "b.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"}) {
+    write_volume(path(name), MemorySource(volume));
+  }
+  const std::array<std::array<std::string, 2>, 8> cases{
+      {{"a.nrrd", "a.nrrd"},
+       {"b.nhdr", "b.nhdr"},
+       {"d.nii", "d.nii"},
+       {"e.nii.gz", "e.nii.gz"},
+       {"f.raw", "f.raw"},
+       {"f.raw", "f.raw.yaml"},
+       {"g.precomputed", "g.precomputed/info"},
+       {"g.precomputed", "g.precomputed/8_4.5_40/0-5_0-4_0-3"}}};
+  unsigned refused = 0;
+  for (const auto& [opened, changed] : cases) {
+    const std::string good = read_bytes(path(changed));
+    for (std::size_t at = 0; at < std::min<std::size_t>(good.size(), 700); ++at) {
+      for (const char flip : {'\x01', '\x10', '\x80', '\xff'}) {
+        std::string bytes = good;
+        bytes[at] = static_cast<char>(bytes[at] ^ flip);
+        write_bytes(changed, bytes);
+        try {
+          const auto source = open_volume(path(opened));
+          if (source->info().bytes() < (1u << 24)) read_all(*source);
+        } catch (const InputError&) {
+          ++refused;
+        }
+      }
+    }
+    write_bytes(changed, good);
+  }
+  EXPECT_GT(refused, 1000u);
 }
 
 }  // namespace

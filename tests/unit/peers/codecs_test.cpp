@@ -224,12 +224,15 @@ std::string case_name(const testing::TestParamInfo<Case>& info) {
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Peers,
-                         testing::Values(Case{"zstd", {}}, Case{"zstd", {"level=9"}},
-                                         Case{"lzma", {"level=1"}}, Case{"neuroglancer", {}},
-                                         Case{"neuroglancer", {"block=8,4,2", "chunk=24"}},
-                                         Case{"neuroglancer", {"block=3,5,7", "chunk=20", "levels=3"}}),
-                         case_name);
+INSTANTIATE_TEST_SUITE_P(
+    All, Peers,
+    testing::Values(Case{"zstd", {}}, Case{"zstd", {"level=9"}}, Case{"lzma", {"level=1"}},
+                    Case{"hdf5-gzip", {}}, Case{"hdf5-gzip", {"chunk=16,5,4", "level=1", "shuffle=1"}},
+                    Case{"neuroglancer", {}}, Case{"compresso", {}}, Case{"compresso", {"window=4,4,4"}},
+                    Case{"compresso", {"window=5,3,2"}}, Case{"compresso", {"window=64,1,1"}},
+                    Case{"compresso-lzma", {}}, Case{"neuroglancer", {"block=8,4,2", "chunk=24"}},
+                    Case{"neuroglancer", {"block=3,5,7", "chunk=20", "levels=3"}}),
+    case_name);
 
 }  // namespace
 }  // namespace cvr::codecs

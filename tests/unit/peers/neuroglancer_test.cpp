@@ -8,6 +8,7 @@
 #include "codecs/codec.hpp"
 #include "codecs/registry.hpp"
 #include "sample_volumes.hpp"
+#include "shaders/shared/shared.hpp"
 #include "volumes/compressed_segmentation.hpp"
 #include "volumes/pyramid.hpp"
 
@@ -180,6 +181,34 @@ TEST(Neuroglancer, HalvesChunksThatDoNotFitAndRefusesGivenOnes) {
   ASSERT_TRUE((*decoder)->decode(0, 2, compare));
   EXPECT_EQ(compare.compared(), extent.voxels());
   EXPECT_EQ(compare.mismatches(), 0u);
+}
+
+TEST(Neuroglancer, SharedDecoderTextGivesEveryLabel) {
+  const Extent extent{37, 26, 19};
+  for (const volumes::BlockSize& block :
+       {volumes::BlockSize{8, 8, 8}, volumes::BlockSize{5, 3, 4}, volumes::BlockSize{37, 26, 19}}) {
+    for (const Content content : {Content::kCells, Content::kDistinct, Content::kExtremes, Content::kZero}) {
+      for (const VoxelType type : {VoxelType::kU32, VoxelType::kU64}) {
+        const Volume volume = sample_volume(content, extent, type);
+        volumes::with_label_type(type, [&]<class T>() {
+          const auto words =
+              volumes::encode_compressed_segmentation<T>(volume.voxels<T>().data(), extent, block);
+          ASSERT_TRUE(words);
+          const auto blocks = [](std::uint64_t n, std::uint32_t edge) {
+            return static_cast<std::uint32_t>((n + edge - 1) / edge);
+          };
+          const shaders::NeuroglancerStream stream{
+              blocks(extent.x, block.x), blocks(extent.y, block.y), block.x, block.y, block.z,
+              volumes::kTableWords<T>};
+          for (std::uint32_t i = 0; i < extent.voxels(); ++i) {
+            const std::uint32_t x = i % 37, y = i / 37 % 26, z = i / 37 / 26;
+            ASSERT_EQ(shaders::cvr_neuroglancer_label({words->data()}, stream, x, y, z),
+                      volume.label({x, y, z}));
+          }
+        });
+      }
+    }
+  }
 }
 
 TEST(Neuroglancer, RefusesChunksThatLevelsCannotHalve) {

@@ -1,0 +1,68 @@
+#include "tests/golden/golden.hpp"
+
+#include <bit>
+
+namespace cvr::golden {
+
+using volumes::Coordinate;
+using volumes::Extent;
+using volumes::Volume;
+using volumes::VolumeInfo;
+using volumes::VolumeKind;
+using volumes::VoxelType;
+
+namespace {
+
+zoo::Specimen labels(std::string name, const Extent& extent, VoxelType type,
+                     std::function<std::uint64_t(const Coordinate&)> label) {
+  const VolumeInfo info{.extent = extent, .type = type, .voxel_size = {8, 8, 30}, .voxel_unit = "nm"};
+  return {std::move(name), info, [info, label = std::move(label)] { return zoo::make_labels(info, label); }};
+}
+
+/// Exact in float: no rounding that a compiler could do otherwise.
+zoo::Specimen scalars(const Extent& extent) {
+  const VolumeInfo info{
+      .extent = extent, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}};
+  return {"ramp_f32", info, [info] {
+            Volume volume(info);
+            std::uint32_t i = 0;
+            for (float& value : volume.voxels<float>()) value = static_cast<float>(i++ % 97) * 0.25f - 3.0f;
+            return volume;
+          }};
+}
+
+}  // namespace
+
+const std::vector<GoldenVolume>& golden_volumes() {
+  static const std::vector<GoldenVolume> kVolumes{
+      {labels("cells_u16", {9, 7, 11}, VoxelType::kU16, zoo::voronoi({9, 7, 11}, 12, 51)), 12456754666963158427u},
+      {labels(
+           "large_ids_u64", {5, 7, 6}, VoxelType::kU64,
+           [](const Coordinate& c) { return zoo::random_at(53, c.x / 2 + 3 * (c.y / 3) + 9 * (c.z / 4)); }),
+       11167188199133396875u},
+      {labels("salted_sheets_u8", {15, 5, 13}, VoxelType::kU8,
+              [](const Coordinate& c) {
+                const std::uint64_t noise = zoo::random_at(55, Extent{15, 5, 13}.index(c));
+                return noise % 31 == 0 ? noise >> 32 : (c.x + c.y + c.z) / 4;
+              }),
+       8435225709312139446u},
+      {scalars({6, 5, 7}), 17332617138253809566u},
+  };
+  return kVolumes;
+}
+
+codecs::Parameters golden_parameters(const codecs::Codec& codec) {
+  std::vector<std::string> assignments;
+  for (const codecs::ParameterSpec& spec : codec.parameters()) {
+    if (!spec.choices.empty())
+      assignments.push_back(std::string(spec.name) + '=' + std::to_string(spec.choices[0]));
+  }
+  return codecs::Parameters::parse(codec.parameters(), assignments).value();
+}
+
+std::string golden_path(const codecs::Codec& codec, const GoldenVolume& volume) {
+  return std::string(CVR_SOURCE_DIR "/tests/golden/data/") + zoo::test_name(codec, golden_parameters(codec)) +
+         '.' + volume.specimen.name + ".cvr";
+}
+
+}  // namespace cvr::golden

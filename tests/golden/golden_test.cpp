@@ -1,0 +1,89 @@
+#include "tests/golden/golden.hpp"
+
+#include <gtest/gtest.h>
+#include <xxhash.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "codecs/registry.hpp"
+
+namespace cvr::golden {
+namespace {
+
+using codecs::Codec;
+
+struct Case {
+  const Codec* codec;
+  const GoldenVolume* volume;
+};
+
+std::vector<Case> all_cases() {
+  std::vector<Case> cases;
+  for (const Codec* codec : codecs::all_codecs()) {
+    for (const GoldenVolume& volume : golden_volumes()) {
+      if (zoo::accepts(*codec, volume.specimen.info)) cases.push_back({codec, &volume});
+    }
+  }
+  return cases;
+}
+
+/// The file's bytes; empty if there is none.
+std::vector<char> read_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::span<const std::byte> bytes_of(const std::vector<char>& file) { return std::as_bytes(std::span(file)); }
+
+TEST(GoldenInput, VoxelsAreTheOnesThatTheFilesWereMadeOf) {
+  for (const GoldenVolume& volume : golden_volumes()) {
+    const volumes::Volume made = volume.specimen.volume();
+    EXPECT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume.hash) << volume.specimen.name;
+  }
+}
+
+class Golden : public testing::TestWithParam<Case> {};
+
+TEST_P(Golden, EncodesToTheFile) {
+  const auto& [codec, volume] = GetParam();
+  const volumes::Volume made = volume->specimen.volume();
+  ASSERT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << "the input itself has changed";
+  const auto encoded = codecs::encode(*codec, volumes::MemorySource(made), golden_parameters(*codec), 1);
+  ASSERT_TRUE(encoded) << encoded.error().message;
+  const std::string path = golden_path(*codec, *volume);
+  if (std::getenv("CVRBENCH_WRITE_GOLDEN") != nullptr) {
+    std::ofstream out(path, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(encoded->bytes.data()),
+              static_cast<std::streamsize>(encoded->bytes.size()));
+    ASSERT_TRUE(out.good()) << path;
+  }
+  const std::vector<char> file = read_file(path);
+  ASSERT_FALSE(file.empty()) << path << " is missing; CVRBENCH_WRITE_GOLDEN=1 writes it";
+  EXPECT_LT(file.size(), 4096u);
+  ASSERT_EQ(encoded->bytes.size(), file.size());
+  EXPECT_EQ(std::memcmp(encoded->bytes.data(), file.data(), file.size()), 0);
+}
+
+TEST_P(Golden, FileDecodesToTheVolume) {
+  const auto& [codec, volume] = GetParam();
+  const volumes::Volume made = volume->specimen.volume();
+  const std::vector<char> file = read_file(golden_path(*codec, *volume));
+  const auto opened = codecs::open_file(bytes_of(file));
+  ASSERT_TRUE(opened) << opened.error().message;
+  EXPECT_EQ(opened->codec, codec);
+  const auto decoded = codecs::decode(bytes_of(file), 0, 1);
+  ASSERT_TRUE(decoded) << decoded.error().message;
+  if (!codec->traits().lossless) return;
+  ASSERT_EQ(decoded->extent(), made.extent());
+  EXPECT_EQ(std::memcmp(decoded->data(), made.data(), made.info().bytes()), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, Golden, testing::ValuesIn(all_cases()), [](const auto& info) {
+  return zoo::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->specimen.name;
+});
+
+}  // namespace
+}  // namespace cvr::golden
