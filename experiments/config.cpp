@@ -228,6 +228,20 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
   return block;
 }
 
+std::string read_line_label(const YamlValue& value) {
+  std::vector<std::string> labels{"dataset", "extent", "type", "codec", "parameters", "threads"};
+  for (const codecs::Codec* codec : codecs::all_codecs()) {
+    for (const auto& spec : codec->parameters()) {
+      if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
+    }
+  }
+  const std::string label = value.text("a label");
+  if (std::ranges::find(labels, label) == labels.end()) {
+    value.expected(fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
+  }
+  return label;
+}
+
 TableSpec read_table(const YamlValue& value, const std::string& config_path) {
   TableSpec table;
   value.fields(
@@ -235,7 +249,7 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
        {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
        {"rows",
         [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(one.text());
+          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(read_line_label(one));
         },
         true},
        {"columns",

@@ -134,7 +134,8 @@ Location locate_generated(const Dataset& dataset) {
     location.label = "generated";
   } else {
     const std::string original = dataset.title.substr(0, dataset.title.find_first_of(":,"));
-    location.label = fmt::format("stand-in for {}, {} of {}", original, to_string(extent), to_string(dataset.full_extent));
+    location.label =
+        fmt::format("stand-in for {}, {} of {}", original, to_string(extent), to_string(dataset.full_extent));
   }
   return location;
 }

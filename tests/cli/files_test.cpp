@@ -45,7 +45,8 @@ TEST_F(Files, GenerateIsDeterministicAndConvertKeepsEveryVoxel) {
 }
 
 TEST_F(Files, EncodeReportsSizesThatSum) {
-  const Outcome outcome = program_.run("encode v.raw -o w.cvr --codec csgvr-sb -p brick=16 --threads 3 --json");
+  const Outcome outcome =
+      program_.run("encode v.raw -o w.cvr --codec csgvr-sb -p brick=16 --threads 3 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
   const std::string file = program_.read("w.cvr");
@@ -55,16 +56,19 @@ TEST_F(Files, EncodeReportsSizesThatSum) {
   EXPECT_EQ(sum, file.size());
   const double original = 40.0 * 24 * 33 * 4;
   EXPECT_DOUBLE_EQ(report["rate"].get<double>(), 100.0 * static_cast<double>(file.size()) / original);
-  EXPECT_DOUBLE_EQ(report["published_rate"].get<double>(), 100.0 * report["published_bytes"].get<double>() / original);
+  EXPECT_DOUBLE_EQ(report["published_rate"].get<double>(),
+                   100.0 * report["published_bytes"].get<double>() / original);
   EXPECT_LT(report["published_bytes"].get<std::size_t>(), file.size());
   EXPECT_GT(report["seconds"].get<double>(), 0);
   EXPECT_EQ(file, program_.read("v.cvr")) << "the bytes depend on the number of threads";
 }
 
 TEST_F(Files, InspectTellsWhatEncodeTold) {
-  const json encoded = json::parse(program_.run("encode v.raw -o v.cvr --codec csgvr-sb -p brick=16 --json").out);
+  const json encoded =
+      json::parse(program_.run("encode v.raw -o v.cvr --codec csgvr-sb -p brick=16 --json").out);
   const json inspected = json::parse(program_.run("inspect v.cvr --json").out);
-  for (const char* key : {"codec", "parameters", "bytes", "published_bytes", "rate", "published_rate", "breakdown"}) {
+  for (const char* key :
+       {"codec", "parameters", "bytes", "published_bytes", "rate", "published_rate", "breakdown"}) {
     EXPECT_EQ(inspected.at(key), encoded.at(key)) << key;
   }
   EXPECT_EQ(inspected["extent"], json({40, 24, 33}));
@@ -122,8 +126,8 @@ TEST_F(Files, ScalarErrorsHaveKnownValues) {
 TEST_F(Files, DamagedFilesAreRefusedAtEveryByte) {
   const std::string whole = program_.read("v.cvr");
   EXPECT_EQ(program_.run("validate v.cvr").exit_code, 0);
-  for (const std::size_t at : {std::size_t{0}, std::size_t{9}, std::size_t{13}, std::size_t{20}, std::size_t{50}, std::size_t{100},
-                               whole.size() / 2, whole.size() - 1}) {
+  for (const std::size_t at : {std::size_t{0}, std::size_t{9}, std::size_t{13}, std::size_t{20},
+                               std::size_t{50}, std::size_t{100}, whole.size() / 2, whole.size() - 1}) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
     program_.write("damaged.cvr", damaged);

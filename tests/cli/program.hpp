@@ -33,11 +33,13 @@ class Program {
   /// The arguments as a shell reads them; the current folder is the test's own.
   Outcome run(const std::string& arguments) const {
     const std::string command = "cd " + folder_.string() + " && XDG_CACHE_HOME=" + (*this / "cache") +
-                                " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " + arguments + " 2>" + (*this / "stderr");
+                                " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " + arguments + " 2>" +
+                                (*this / "stderr");
     FILE* pipe = popen(command.c_str(), "r");
     Outcome outcome{-1, "", ""};
     std::array<char, 4096> block;
-    for (std::size_t got = 0; (got = fread(block.data(), 1, block.size(), pipe)) > 0;) outcome.out.append(block.data(), got);
+    for (std::size_t got = 0; (got = fread(block.data(), 1, block.size(), pipe)) > 0;)
+      outcome.out.append(block.data(), got);
     const int status = pclose(pipe);
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     outcome.err = read("stderr");

@@ -46,7 +46,8 @@ class Run : public testing::Test {
   }
   std::map<std::string, json> by_key(const std::string& out = "o") const {
     std::map<std::string, json> found;
-    for (const json& row : rows(out)) found[row["codec"]["id"].get<std::string>() + " " + row["stage"].get<std::string>()] = row;
+    for (const json& row : rows(out))
+      found[row["codec"]["id"].get<std::string>() + " " + row["stage"].get<std::string>()] = row;
     return found;
   }
   Program program_;
@@ -98,14 +99,19 @@ TEST_F(Run, ExistingRowsAreKeptResumedOrMeasuredAgainAsAsked) {
 }
 
 TEST_F(Run, CrashHangMemoryAndWrongVoxelsBecomeRows) {
-  const std::map<std::string, std::pair<std::string, std::string>> expected{{"crash", {"failed", "signal 11"}},
-                                                                            {"hang", {"timeout", "took longer than 0.5 s"}},
-                                                                            {"oom", {"out-of-memory", "memory"}},
-                                                                            {"mismatch", {"failed", "1 of 31680 decoded voxels differ"}}};
+  const std::map<std::string, std::pair<std::string, std::string>> expected{
+      {"crash", {"failed", "signal 11"}},
+      {"hang", {"timeout", "took longer than 0.5 s"}},
+      {"oom", {"out-of-memory", "memory"}},
+      {"mismatch", {"failed", "1 of 31680 decoded voxels differ"}}};
   for (const auto& [fault, status] : expected) {
-    program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: " + fault + ", codec: csgvr-sb, stage: decode}\n");
-    const std::string settings = fault == "hang" ? " --set timeout_s=0.5" : fault == "oom" ? " --set memory_limit_gib=0.3" : "";
-    const Outcome outcome = program_.run("run f.yaml --out " + fault + " --only stage=decode --only brick=16 --only codec=*sb" + settings);
+    program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: " + fault +
+                                 ", codec: csgvr-sb, stage: decode}\n");
+    const std::string settings = fault == "hang"  ? " --set timeout_s=0.5"
+                                 : fault == "oom" ? " --set memory_limit_gib=0.3"
+                                                  : "";
+    const Outcome outcome = program_.run("run f.yaml --out " + fault +
+                                         " --only stage=decode --only brick=16 --only codec=*sb" + settings);
     EXPECT_EQ(outcome.exit_code, status.first == "failed" ? 1 : 0) << fault << outcome.err;
     const auto found = by_key(fault);
     ASSERT_EQ(found.size(), 1u);
@@ -123,7 +129,8 @@ TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
   EXPECT_EQ(outcome.exit_code, 1);
   const auto found = by_key();
   EXPECT_EQ(found.at("zstd encode")["status"], "failed");
-  for (const char* codec : {"raw encode", "csgvr-sb encode", "memcpy encode"}) EXPECT_EQ(found.at(codec)["status"], "ok") << codec;
+  for (const char* codec : {"raw encode", "csgvr-sb encode", "memcpy encode"})
+    EXPECT_EQ(found.at(codec)["status"], "ok") << codec;
 }
 
 TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
@@ -133,7 +140,8 @@ TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
     setenv("XDG_CACHE_HOME", (program_ / "cache").c_str(), 1);
-    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr) _exit(126);
+    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
+      _exit(126);
     execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
     _exit(127);
   }
@@ -155,7 +163,8 @@ TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
   std::map<std::string, int> ok;
   for (const json& row : after) ok[row["cell"].get<std::string>()] += row["status"] == "ok" ? 1 : 0;
   EXPECT_EQ(ok.size(), 14u);
-  EXPECT_EQ(std::ranges::count_if(ok, [](const auto& entry) { return entry.second == 1; }), 13);  // zstd has no random access
+  EXPECT_EQ(std::ranges::count_if(ok, [](const auto& entry) { return entry.second == 1; }),
+            13);  // zstd has no random access
 }
 
 TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
@@ -164,7 +173,8 @@ TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
     setenv("XDG_CACHE_HOME", (program_ / "cache").c_str(), 1);
-    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr) _exit(126);
+    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
+      _exit(126);
     execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
     _exit(127);
   }

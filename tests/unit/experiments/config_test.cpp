@@ -78,9 +78,11 @@ TEST_F(ConfigTest, ProductsExpandInOrder) {
 )");
   std::vector<std::string> encode_one_thread;
   for (const Cell& cell : config.cells) {
-    if (cell.stage == Stage::kEncode && cell.threads.text == "1") encode_one_thread.push_back(cell.parameters.canonical());
+    if (cell.stage == Stage::kEncode && cell.threads.text == "1")
+      encode_one_thread.push_back(cell.parameters.canonical());
   }
-  EXPECT_THAT(encode_one_thread, ElementsAre("", "brick=16;delta=0", "brick=16;delta=1", "brick=32;delta=0", "brick=32;delta=1"));
+  EXPECT_THAT(encode_one_thread, ElementsAre("", "brick=16;delta=0", "brick=16;delta=1", "brick=32;delta=0",
+                                             "brick=32;delta=1"));
   EXPECT_EQ(config.cells.size(), 5u * 2 * 2);
   EXPECT_EQ(config.cells.back().threads.count, std::max(1u, std::thread::hardware_concurrency()));
   EXPECT_EQ(config.cells[0].dataset->generated_extent(), (volumes::Extent{5, 10, 15}));
@@ -95,18 +97,23 @@ TEST_F(ConfigTest, BlocksThatOverlapGiveEachCellOnce) {
 }
 
 TEST_F(ConfigTest, UnknownKeyNamesPlaceAndNearestKey) {
-  EXPECT_THAT(error(std::string(kGood) + "ruonds: 3\n"), HasSubstr("c.yaml:6:1: expected one of the keys title"));
+  EXPECT_THAT(error(std::string(kGood) + "ruonds: 3\n"),
+              HasSubstr("c.yaml:6:1: expected one of the keys title"));
   EXPECT_THAT(error(std::string(kGood) + "ruonds: 3\n"), EndsWith("found 'ruonds' (did you mean 'rounds'?)"));
 }
 
 TEST_F(ConfigTest, RepeatedKey) {
-  EXPECT_EQ(error(std::string(kGood) + "title: U\n"), "c.yaml:6:1: expected each key once, found 'title' again");
+  EXPECT_EQ(error(std::string(kGood) + "title: U\n"),
+            "c.yaml:6:1: expected each key once, found 'title' again");
 }
 
 TEST_F(ConfigTest, WrongType) {
-  EXPECT_EQ(error(std::string(kGood) + "rounds: many\n"), "c.yaml:6:9: expected an integer in 1..100000, found 'many'");
-  EXPECT_EQ(error(std::string(kGood) + "rounds: -1\n"), "c.yaml:6:9: expected an integer in 1..100000, found '-1'");
-  EXPECT_EQ(error(std::string(kGood) + "timeout_s: [1]\n"), "c.yaml:6:12: expected a number in 0.01..10000000, found a list");
+  EXPECT_EQ(error(std::string(kGood) + "rounds: many\n"),
+            "c.yaml:6:9: expected an integer in 1..100000, found 'many'");
+  EXPECT_EQ(error(std::string(kGood) + "rounds: -1\n"),
+            "c.yaml:6:9: expected an integer in 1..100000, found '-1'");
+  EXPECT_EQ(error(std::string(kGood) + "timeout_s: [1]\n"),
+            "c.yaml:6:12: expected a number in 0.01..10000000, found a list");
 }
 
 TEST_F(ConfigTest, EmptyOrMissingMatrix) {
@@ -117,20 +124,31 @@ TEST_F(ConfigTest, EmptyOrMissingMatrix) {
 }
 
 TEST_F(ConfigTest, UnknownCodecDatasetStageMetric) {
-  EXPECT_THAT(error("matrix:\n  - {datasets: [blob], codecs: [rwa], stages: [encode]}\n"),
-              testing::AllOf(HasSubstr("c.yaml:2:33: expected a codec of this build (raw"), EndsWith("found 'rwa'")));
+  EXPECT_THAT(
+      error("matrix:\n  - {datasets: [blob], codecs: [rwa], stages: [encode]}\n"),
+      testing::AllOf(HasSubstr("c.yaml:2:33: expected a codec of this build (raw"), EndsWith("found 'rwa'")));
   EXPECT_THAT(error("matrix:\n  - {datasets: [blub], codecs: [raw], stages: [encode]}\n"),
-              testing::AllOf(HasSubstr("c.yaml:2:17: "), HasSubstr("did you mean 'blob'?"), EndsWith("found 'blub'")));
+              testing::AllOf(HasSubstr("c.yaml:2:17: "), HasSubstr("did you mean 'blob'?"),
+                             EndsWith("found 'blub'")));
   EXPECT_EQ(error("matrix:\n  - {datasets: [blob], codecs: [raw], stages: [encoding]}\n"),
             "c.yaml:2:48: expected encode, decode or random-access, found 'encoding'");
-  EXPECT_THAT(error(std::string(kGood) + "tables:\n  - {name: a, title: b, rows: [dataset], columns: [ratte]}\n"),
-              testing::AllOf(HasSubstr("c.yaml:7:52: "), HasSubstr("did you mean 'rat")));
+  EXPECT_THAT(
+      error(std::string(kGood) + "tables:\n  - {name: a, title: b, rows: [dataset], columns: [ratte]}\n"),
+      testing::AllOf(HasSubstr("c.yaml:7:52: "), HasSubstr("did you mean 'rat")));
+}
+
+TEST_F(ConfigTest, LabelsOfTableLinesAreKnownNames) {
+  EXPECT_THAT(error(std::string(kGood) + "tables:\n  - {name: a, title: b, rows: [brik], columns: [rate]}\n"),
+              testing::AllOf(HasSubstr("c.yaml:7:32: expected one of dataset, extent"),
+                             HasSubstr("did you mean 'brick'?")));
 }
 
 TEST_F(ConfigTest, CodecParametersAreChecked) {
-  EXPECT_EQ(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brick: 17}}]\n    stages: [encode]\n"),
+  EXPECT_EQ(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brick: 17}}]\n "
+                  "   stages: [encode]\n"),
             "c.yaml:3:45: csgv-nibble: parameter 'brick': expected 16, 32, 64, found '17'");
-  EXPECT_THAT(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brik: 16}}]\n    stages: [encode]\n"),
+  EXPECT_THAT(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brik: "
+                    "16}}]\n    stages: [encode]\n"),
               HasSubstr("c.yaml:3:45: csgv-nibble: unknown parameter 'brik'"));
 }
 
@@ -147,9 +165,12 @@ TEST_F(ConfigTest, SettingsWinAndAreChecked) {
 }
 
 TEST_F(ConfigTest, GeneratedVolumesAreDescribedInPlace) {
-  const Config config = load("matrix:\n  - {datasets: [{generator: worst-case, extent: [3, 4, 5]}], codecs: [raw], stages: [encode]}\n");
+  const Config config = load(
+      "matrix:\n  - {datasets: [{generator: worst-case, extent: [3, 4, 5]}], codecs: [raw], stages: "
+      "[encode]}\n");
   EXPECT_EQ(config.cells[0].dataset->name, "worst-case-3x4x5");
-  EXPECT_THAT(error("matrix:\n  - {datasets: [{generator: worst, extent: [3, 4, 5]}], codecs: [raw], stages: [encode]}\n"),
+  EXPECT_THAT(error("matrix:\n  - {datasets: [{generator: worst, extent: [3, 4, 5]}], codecs: [raw], stages: "
+                    "[encode]}\n"),
               HasSubstr("c.yaml:2:29: expected one of "));
 }
 
@@ -166,7 +187,8 @@ TEST(CellId, IsStableAndDependsOnEverything) {
   const Cell cell = make();
   // Golden: results of earlier runs are found by it.
   EXPECT_EQ(canonical_text(cell, "0123456789abcdef"),
-            "measurement=1\ndataset=blob\ndata=0123456789abcdef\nbytes_per_voxel=0\ncodec=raw\nversion=1\nparameters=\nstage=encode\n"
+            "measurement=1\ndataset=blob\ndata=0123456789abcdef\nbytes_per_voxel=0\ncodec=raw\nversion="
+            "1\nparameters=\nstage=encode\n"
             "threads=1\n");
   EXPECT_EQ(cell_id(cell, "0123456789abcdef"), cell_id(make(), "0123456789abcdef"));
   EXPECT_EQ(cell_id(cell, "0123456789abcdef"), "2dfb3b1836034b82");
@@ -210,7 +232,8 @@ TEST_F(ConfigTest, AbsentDataIsAReasonAndStandInsSaySo) {
 
 TEST_F(ConfigTest, ADamagedHashIsNoMatch) {
   folder_.write("datasets/b.yaml",
-                "f:\n  title: F\n  kind: labels\n  type: u8\n  extent: [1, 1, 1]\n  file: " + (folder_ / "c.yaml") + "\n  hash: 0123456789abcdef\n");
+                "f:\n  title: F\n  kind: labels\n  type: u8\n  extent: [1, 1, 1]\n  file: " +
+                    (folder_ / "c.yaml") + "\n  hash: 0123456789abcdef\n");
   folder_.write("c.yaml", "x");
   const Catalogue catalogue = Catalogue::from_folder(folder_ / "datasets");
   EXPECT_THAT(locate(*catalogue.find("f"), {}).missing, HasSubstr("its description says 0123456789abcdef"));

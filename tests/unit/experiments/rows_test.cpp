@@ -11,7 +11,9 @@
 namespace cvr::experiments {
 namespace {
 
-Row make_row(const std::string& cell, const std::string& status) { return {{"cell", cell}, {"key", "k" + cell}, {"status", status}}; }
+Row make_row(const std::string& cell, const std::string& status) {
+  return {{"cell", cell}, {"key", "k" + cell}, {"status", status}};
+}
 
 std::string text_of(const std::string& path) {
   std::ifstream in(path);
@@ -50,7 +52,8 @@ TEST(Rows, TornLastLineIsPassedOverAndCutOff) {
 
 TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
   const ScratchFolder folder;
-  const std::string path = folder.write("rows.jsonl", make_row("1", "ok").dump() + "\nnonsense\n" + make_row("2", "ok").dump() + "\n");
+  const std::string path = folder.write(
+      "rows.jsonl", make_row("1", "ok").dump() + "\nnonsense\n" + make_row("2", "ok").dump() + "\n");
   try {
     load_rows(path);
     FAIL() << "no error";

@@ -84,7 +84,8 @@ TEST(Statistics, AClockThatDoesNotAdvanceNeverConverges) {
 
 TEST(Statistics, RefusesNothingAndNotANumber) {
   EXPECT_THROW(summarize({}), std::invalid_argument);
-  EXPECT_THROW(summarize(std::vector<double>{1, std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
+  EXPECT_THROW(summarize(std::vector<double>{1, std::numeric_limits<double>::quiet_NaN()}),
+               std::invalid_argument);
 }
 
 }  // namespace

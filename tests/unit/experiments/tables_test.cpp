@@ -33,10 +33,11 @@ class TableTest : public testing::Test {
     spec_.title = "Title";
     spec_.rows = {"dataset", "codec", "brick"};
     spec_.columns = {"published_rate", "published", "ratio", "encode_seconds", "access_uniform_ns", "exact"};
-    spec_.published_file = folder_.write("p.yaml",
-                                         "citation: C\ntables:\n  t2:\n    title: T2\n    figures:\n"
-                                         "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 64}, rate: 9}\n"
-                                         "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 32}, rate: 2.5}\n");
+    spec_.published_file =
+        folder_.write("p.yaml",
+                      "citation: C\ntables:\n  t2:\n    title: T2\n    figures:\n"
+                      "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 64}, rate: 9}\n"
+                      "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 32}, rate: 2.5}\n");
     spec_.published_table = "t2";
   }
 
@@ -66,10 +67,14 @@ class TableTest : public testing::Test {
 TEST_F(TableTest, Markdown) {
   EXPECT_EQ(render(make_table(spec_, config_, rows()), TableFormat::kMarkdown),
             "### Title\n\n"
-            "| dataset | codec       | brick | rate % | published % | ours/published | encode s |   access ns |            exact |\n"
-            "|:--------|:------------|:------|-------:|------------:|---------------:|---------:|------------:|-----------------:|\n"
-            "| blob    | memcpy      |       |        |             |                |    0.125 |             |                  |\n"
-            "| blob    | csgv-nibble | 32    |  2.000 |       2.500 |          0.800 |    0.125 | unsupported | 0 of 6000 differ |\n"
+            "| dataset | codec       | brick | rate % | published % | ours/published | encode s |   access "
+            "ns |            exact |\n"
+            "|:--------|:------------|:------|-------:|------------:|---------------:|---------:|------------"
+            ":|-----------------:|\n"
+            "| blob    | memcpy      |       |        |             |                |    0.125 |            "
+            " |                  |\n"
+            "| blob    | csgv-nibble | 32    |  2.000 |       2.500 |          0.800 |    0.125 | "
+            "unsupported | 0 of 6000 differ |\n"
             "\n"
             "- Published: C; T2.\n"
             "- random-access unsupported: no access, \"none\" (csgv-nibble)\n");
@@ -86,7 +91,10 @@ TEST_F(TableTest, LatexEscapes) {
   const std::string text = render(make_table(spec_, config_, rows()), TableFormat::kLatex);
   EXPECT_THAT(text, testing::HasSubstr("\\begin{tabular}{lllrrrrrr}\n"));
   EXPECT_THAT(text, testing::HasSubstr("rate \\% & published \\%"));
-  EXPECT_THAT(text, testing::HasSubstr("blob & csgv-nibble & 32 & 2.000 & 2.500 & 0.800 & 0.125 & unsupported & 0 of 6000 differ \\\\\n"));
+  EXPECT_THAT(
+      text,
+      testing::HasSubstr(
+          "blob & csgv-nibble & 32 & 2.000 & 2.500 & 0.800 & 0.125 & unsupported & 0 of 6000 differ \\\\\n"));
 }
 
 TEST_F(TableTest, AFailedCellHasItsStatusInsteadOfFigures) {
