@@ -69,6 +69,7 @@ Dataset read_dataset(const std::string& name, const YamlValue& value) {
          if (axes.size() != 3) v.expected("a list of three extents [x, y, z]");
          d.extent = {axes[0].integer(1, kMaxAxis), axes[1].integer(1, kMaxAxis),
                      axes[2].integer(1, kMaxAxis)};
+         d.full_extent = d.extent;
        },
        true},
       {"steps", [](const YamlValue& v) { v.integer(1, UINT64_MAX); }},

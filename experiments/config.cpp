@@ -92,6 +92,7 @@ Dataset read_generated(const YamlValue& value) {
   } catch (const InputError& error) {
     value.reject(error.what());
   }
+  dataset.full_extent = dataset.extent;
   dataset.kind = info->volume_kind;
   dataset.title = info->summary;
   if (dataset.name.empty()) dataset.name = fmt::format("{}-{}", choice.kind, to_string(dataset.extent));
@@ -166,9 +167,11 @@ void read_codec(const YamlValue& value, std::vector<CodecChoice>& choices) {
       const std::string assignment = axis.name + "=" + one;
       const auto checked = codecs::Parameters::parse(codec->parameters(), std::span(&assignment, 1));
       if (!checked) axis.place.reject(fmt::format("{}: {}", codec->traits().id, checked.error().message));
-      for (auto product : products) {
-        product.push_back(assignment);
-        longer.push_back(std::move(product));
+    }
+    for (const auto& product : products) {
+      for (const std::string& one : axis.values) {
+        longer.push_back(product);
+        longer.back().push_back(axis.name + "=" + one);
       }
     }
     products = std::move(longer);
@@ -225,6 +228,20 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
   return block;
 }
 
+std::string read_line_label(const YamlValue& value) {
+  std::vector<std::string> labels{"dataset", "extent", "type", "codec", "parameters", "threads"};
+  for (const codecs::Codec* codec : codecs::all_codecs()) {
+    for (const auto& spec : codec->parameters()) {
+      if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
+    }
+  }
+  const std::string label = value.text("a label");
+  if (std::ranges::find(labels, label) == labels.end()) {
+    value.expected(fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
+  }
+  return label;
+}
+
 TableSpec read_table(const YamlValue& value, const std::string& config_path) {
   TableSpec table;
   value.fields(
@@ -232,7 +249,7 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
        {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
        {"rows",
         [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(one.text());
+          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(read_line_label(one));
         },
         true},
        {"columns",

@@ -12,7 +12,8 @@
 //       codecs: all | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies
 //       the cells stages: [encode, decode, random-access] threads: [1, all]              default [1]
 //   tables:
-//     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
+//     - name: NAME   title: TEXT   columns: [METRIC, ...]
+//       rows: [dataset, extent, type, codec, parameters, threads, PARAMETER]      what labels a line
 //       where: {dataset|codec|threads|PARAMETER: GLOB}           published: {file: PATH beside this file,
 //       table: NAME}
 //   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose,
@@ -34,7 +35,7 @@ namespace cvr::experiments {
 struct TableSpec {
   std::string name, title;
   std::vector<std::string>
-      rows;  ///< what labels a line: dataset, codec, parameters, threads, or a parameter's name
+      rows;  ///< what labels a line: dataset, extent, type, codec, parameters, threads, or a parameter of a codec
   std::vector<std::string> columns;  ///< names of metrics
   std::vector<std::pair<std::string, std::string>> where;
   std::string published_file;  ///< empty if none

@@ -133,11 +133,9 @@ Location locate_generated(const Dataset& dataset) {
   if (dataset.stand_in_for.empty()) {
     location.label = "generated";
   } else {
-    std::string original = dataset.stand_in_for;
-    std::ranges::transform(original, original.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    const std::string original = dataset.title.substr(0, dataset.title.find_first_of(":,"));
     location.label =
-        fmt::format("stand-in for {}, {} of {}", original, to_string(extent), to_string(dataset.extent));
+        fmt::format("stand-in for {}, {} of {}", original, to_string(extent), to_string(dataset.full_extent));
   }
   return location;
 }

@@ -28,7 +28,9 @@ struct Dataset {
   std::string name, title, citation, licence, origin;
   volumes::VolumeKind kind = volumes::VolumeKind::kLabels;
   volumes::VoxelType type = volumes::VoxelType::kU8;
-  volumes::Extent extent;  ///< in full; generated volumes have generated_extent()
+  volumes::Extent full_extent;  ///< of the original
+  volumes::Extent
+      extent;  ///< full_extent unless the configuration names another; times scale = generated_extent()
   std::uint64_t labels = 0;
   std::string file;     ///< empty if only generated; may begin with ${CVRBENCH_DATA}
   std::string package;  ///< the Debian package that the file comes from
@@ -70,7 +72,8 @@ struct Location {
   std::optional<GeneratorChoice> generator;
   volumes::VolumeInfo info;
   std::string identity;  ///< 16 hexadecimal digits
-  std::string label;     ///< "stand-in for CELLS, 300x300x300 of 1000x1000x1000", "generated" or ""
+  std::string
+      label;  ///< "stand-in for CELLS, 300x300x300 of 1000x1000x1000" (its title up to the first colon or comma), "generated" or ""
 };
 
 /// Never throws for data that is absent or differs from its description: that is a reason. Throws InputError

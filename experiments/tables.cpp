@@ -23,6 +23,9 @@ struct TableLine {
 std::string label_of(const Cell& cell, const std::string& key) {
   if (key == "dataset") return cell.dataset->name;
   if (key == "codec") return cell.codec;
+  if (key == "extent")
+    return to_string(cell.dataset->generator ? cell.dataset->generated_extent() : cell.dataset->extent);
+  if (key == "type") return std::string(name_of(cell.dataset->type));
   if (key == "threads")
     return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
   if (key == "parameters") return cell.parameters.canonical();

@@ -50,9 +50,7 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
   const auto nearest =
       std::ranges::min_element(candidates, {}, [&](const std::string& c) { return edit_distance(word, c); });
   const std::size_t allowed = word.size() <= 3 ? 1 : std::max<std::size_t>(2, word.size() / 3);
-  if (nearest == candidates.end() ||
-      edit_distance(word, *nearest) > allowed)
-    return "";
+  if (nearest == candidates.end() || edit_distance(word, *nearest) > allowed) return "";
   return fmt::format(" (did you mean '{}'?)", *nearest);
 }
 

@@ -24,12 +24,14 @@ int complain(int exit_code, const std::string& text) {
 
 std::string expected_command(const CLI::App& app, int argc, char** argv) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App* a) { return !a->get_group().empty(); })) {
+  for (const CLI::App* command :
+       app.get_subcommands([](const CLI::App* a) { return !a->get_group().empty(); })) {
     names.push_back(command->get_name());
   }
   const std::string found = argc > 1 ? argv[1] : "";
-  return fmt::format("expected one of the commands {}, found {}{} (see cvrbench --help)", fmt::join(names, ", "),
-                     found.empty() ? "none" : "'" + found + "'", did_you_mean(found, names));
+  return fmt::format("expected one of the commands {}, found {}{} (see cvrbench --help)",
+                     fmt::join(names, ", "), found.empty() ? "none" : "'" + found + "'",
+                     did_you_mean(found, names));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The speed of light of the table: the original copied plane by plane into memory that is there already.
+// The speed of light of the table: the original copied plane by plane into memory that is there already. The encode stage reads
+// the mapped original as encoders do; the decode stage reads allocated memory as decoders do.
 #include <cstring>
 
 #include "experiments/stages/destination.hpp"
@@ -15,6 +16,10 @@ class MemcpyRun final : public StageRun {
       : spec_(spec), truth_(truth), destination_(truth.info(), spec.memory_limit / 2) {}
 
   Row prepare() override {
+    const std::byte* mapped = truth_.data();
+    if (spec_.stage == Stage::kDecode && destination_.whole() && mapped != nullptr) {
+      voxels_.append(mapped, truth_.info().bytes());
+    }
     round();
     Row parts;
     parts["destination"] = destination_.whole() ? "whole volume" : "one slab";
@@ -28,7 +33,7 @@ class MemcpyRun final : public StageRun {
     for (std::uint64_t z0 = 0; z0 < extent.z; z0 += destination_.preferred_depth()) {
       const std::uint64_t z1 = std::min(extent.z, z0 + destination_.preferred_depth());
       std::byte* out = destination_.begin(z0, z1);
-      const std::byte* voxels = truth_.data();
+      const std::byte* voxels = voxels_.empty() ? truth_.data() : voxels_.data();
       if (voxels == nullptr) {
         truth_.read({{0, 0, z0}, {extent.x, extent.y, z1 - z0}}, out);
         continue;
@@ -44,6 +49,7 @@ class MemcpyRun final : public StageRun {
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
   Destination destination_;
+  volumes::Buffer voxels_;
 };
 
 }  // namespace

@@ -1,0 +1,211 @@
+// run, plan and table: rows, tables, resuming, and workers that crash, hang, run out of memory or decode wrongly.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "program.hpp"
+
+namespace cvr::cli_tests {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+constexpr const char* kConfig = R"(title: T
+rounds: 3
+max_rounds: 3
+timeout_s: 20
+memory_limit_gib: 1
+lods: all
+matrix:
+  - datasets: [{generator: cells, extent: [40, 24, 33], name: blob}]
+    codecs: [raw, zstd, {id: csgvr-sb, parameters: {brick: [16, 32]}}]
+    stages: [encode, decode, random-access]
+    threads: [1]
+tables:
+  - {name: t, title: Sizes, rows: [dataset, codec, brick], columns: [rate, encode_seconds, access_uniform_ns, exact, status]}
+)";
+
+class Run : public testing::Test {
+ protected:
+  void SetUp() override { program_.write("c.yaml", kConfig); }
+  std::vector<json> rows(const std::string& out = "o") const {
+    std::istringstream in(program_.read(out + "/rows.jsonl"));
+    std::vector<json> rows;
+    for (std::string line; std::getline(in, line);) rows.push_back(json::parse(line));
+    return rows;
+  }
+  std::map<std::string, json> by_key(const std::string& out = "o") const {
+    std::map<std::string, json> found;
+    for (const json& row : rows(out))
+      found[row["codec"]["id"].get<std::string>() + " " + row["stage"].get<std::string>()] = row;
+    return found;
+  }
+  Program program_;
+};
+
+TEST_F(Run, MeasuresChecksAndPrintsTables) {
+  const Outcome outcome = program_.run("run c.yaml --out o");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(rows().size(), 2u + 4 * 3);
+  const auto found = by_key();
+  const json& encode = found.at("csgvr-sb encode");
+  EXPECT_EQ(encode["status"], "ok");
+  EXPECT_EQ(encode["verification"]["voxels_compared"], 40 * 24 * 33);
+  EXPECT_EQ(encode["verification"]["mismatches"], 0);
+  EXPECT_EQ(encode["time"]["seconds"]["samples"].size(), 3u);
+  EXPECT_GT(encode["memory"]["peak_bytes"].get<double>(), 1e5);
+  EXPECT_EQ(encode["dataset"]["label"], "generated");
+  EXPECT_EQ(encode["provenance"]["compiler"].get<std::string>().empty(), false);
+  std::uint64_t sum = 0;
+  for (const auto& [name, bytes] : encode["size"]["breakdown"].items()) sum += bytes.get<std::uint64_t>();
+  EXPECT_EQ(encode["size"]["bytes"], sum);
+  const json& access = found.at("csgvr-sb random-access");
+  EXPECT_EQ(access["status"], "ok") << access["reason"];
+  EXPECT_EQ(access["access"].size() % 3, 0u);
+  EXPECT_GT(access["access"].size(), 3u) << "coarser levels of detail are missing";
+  for (const json& series : access["access"]) EXPECT_GE(series["count"].get<int>(), 100000);
+  EXPECT_EQ(found.at("zstd random-access")["status"], "unsupported");
+  EXPECT_THAT(outcome.out, HasSubstr("| blob    | memcpy "));
+  EXPECT_THAT(outcome.out, HasSubstr("0 of 31680 differ"));
+  EXPECT_THAT(program_.read("o/tables/t.md"), HasSubstr("### Sizes"));
+  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::StartsWith("dataset,codec,brick,file rate %"));
+  EXPECT_THAT(program_.read("o/tables/t.tex"), HasSubstr("\\begin{tabular}"));
+  EXPECT_EQ(program_.run("table c.yaml --results o --format csv").out, program_.read("o/tables/t.csv"));
+}
+
+TEST_F(Run, ExistingRowsAreKeptResumedOrMeasuredAgainAsAsked) {
+  ASSERT_EQ(program_.run("run c.yaml --out o --only codec=raw").exit_code, 0);
+  ASSERT_EQ(rows().size(), 3u);
+  const Outcome refused = program_.run("run c.yaml --out o");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--resume"));
+  const std::string before = program_.read("o/rows.jsonl");
+  const Outcome plan = program_.run("plan c.yaml --out o --only codec=raw");
+  EXPECT_THAT(plan.out, HasSubstr("0 to run, 3 done"));
+  ASSERT_EQ(program_.run("run c.yaml --out o --resume --only codec=raw").exit_code, 0);
+  EXPECT_EQ(program_.read("o/rows.jsonl"), before);
+  ASSERT_EQ(program_.run("run c.yaml --out o --force --only codec=raw --only stage=encode").exit_code, 0);
+  EXPECT_EQ(rows().size(), 4u);
+}
+
+TEST_F(Run, CrashHangMemoryAndWrongVoxelsBecomeRows) {
+  const std::map<std::string, std::pair<std::string, std::string>> expected{
+      {"crash", {"failed", "signal 11"}},
+      {"hang", {"timeout", "took longer than 0.5 s"}},
+      {"oom", {"out-of-memory", "memory"}},
+      {"mismatch", {"failed", "1 of 31680 decoded voxels differ"}}};
+  for (const auto& [fault, status] : expected) {
+    program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: " + fault +
+                                 ", codec: csgvr-sb, stage: decode}\n");
+    const std::string settings = fault == "hang"  ? " --set timeout_s=0.5"
+                                 : fault == "oom" ? " --set memory_limit_gib=0.3"
+                                                  : "";
+    const Outcome outcome = program_.run("run f.yaml --out " + fault +
+                                         " --only stage=decode --only brick=16 --only codec=*sb" + settings);
+    EXPECT_EQ(outcome.exit_code, status.first == "failed" ? 1 : 0) << fault << outcome.err;
+    const auto found = by_key(fault);
+    ASSERT_EQ(found.size(), 1u);
+    const json& row = found.at("csgvr-sb decode");
+    EXPECT_EQ(row["status"], status.first) << fault;
+    EXPECT_THAT(row["reason"].get<std::string>(), HasSubstr(status.second));
+    EXPECT_FALSE(row.contains("time") || row.contains("size")) << fault;
+    EXPECT_THAT(outcome.out, HasSubstr(status.first));
+  }
+}
+
+TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
+  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: crash, codec: zstd}\n");
+  const Outcome outcome = program_.run("run f.yaml --out o --only stage=encode");
+  EXPECT_EQ(outcome.exit_code, 1);
+  const auto found = by_key();
+  EXPECT_EQ(found.at("zstd encode")["status"], "failed");
+  for (const char* codec : {"raw encode", "csgvr-sb encode", "memcpy encode"})
+    EXPECT_EQ(found.at(codec)["status"], "ok") << codec;
+}
+
+TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
+  // The group of the encoding cells ends; the decoding of zstd then hangs until the kill.
+  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: hang, codec: zstd, stage: decode}\n");
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir((program_ / "").c_str()) != 0) _exit(126);
+    setenv("XDG_CACHE_HOME", (program_ / "cache").c_str(), 1);
+    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
+      _exit(126);
+    execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
+    _exit(127);
+  }
+  const auto count = [&] { return std::ranges::count(program_.read("o/rows.jsonl"), '\n'); };
+  // memcpy and four codecs encode; zstd's random access is unsupported and so has its row at once.
+  for (int i = 0; i < 600 && count() < 6; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ASSERT_GE(count(), 6);
+  kill(child, SIGKILL);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  const auto before = rows();
+  program_.write("o/rows.jsonl", program_.read("o/rows.jsonl") + R"({"cell": "torn)");
+  const Outcome resumed = program_.run("run c.yaml --out o --resume");
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.out, HasSubstr("done before"));
+  const auto after = rows();
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(after[i], before[i]);
+  std::map<std::string, int> ok;
+  for (const json& row : after) ok[row["cell"].get<std::string>()] += row["status"] == "ok" ? 1 : 0;
+  EXPECT_EQ(ok.size(), 14u);
+  EXPECT_EQ(std::ranges::count_if(ok, [](const auto& entry) { return entry.second == 1; }),
+            13);  // zstd has no random access
+}
+
+TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
+  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: hang, stage: encode}\n");
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir((program_ / "").c_str()) != 0) _exit(126);
+    setenv("XDG_CACHE_HOME", (program_ / "cache").c_str(), 1);
+    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
+      _exit(126);
+    execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
+    _exit(127);
+  }
+  for (int i = 0; i < 200 && !std::filesystem::exists(program_ / "o/scratch"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  kill(child, SIGINT);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+  EXPECT_EQ(program_.run("run c.yaml --out o --resume --only codec=raw").exit_code, 0);
+}
+
+TEST_F(Run, MissingDataIsARow) {
+  program_.write("c.yaml", "rounds: 1\nmatrix:\n  - {datasets: [bonsai], codecs: [raw], stages: [encode]}\n");
+  const Outcome outcome = program_.run("run c.yaml --out o");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(by_key().at("raw encode")["status"], "data-missing");
+  EXPECT_THAT(by_key().at("raw encode")["reason"].get<std::string>(), HasSubstr("CVRBENCH_DATA"));
+}
+
+TEST_F(Run, ConfigurationErrorsHaveTheirPlace) {
+  program_.write("bad.yaml", "rounds: 3\nmatrx: []\n");
+  const Outcome outcome = program_.run("run bad.yaml --out o");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("bad.yaml:2:1: expected one of the keys"));
+  EXPECT_THAT(outcome.err, HasSubstr("did you mean 'matrix'?"));
+  EXPECT_EQ(program_.run("run c.yaml --out o --only codec=none").exit_code, 2);
+  EXPECT_EQ(program_.run("run c.yaml --out o --only codec").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace cvr::cli_tests
