@@ -143,8 +143,8 @@ std::vector<Subject> subjects() {
   return all;
 }
 
-/// Mutations for each encoding, so that a codec gets a few thousand over all its parameters.
-std::uint64_t mutations_of(const Codec& codec) { return 1500 / zoo::parameter_corners(codec).size() + 100; }
+/// Mutations for each encoding, so that a codec gets some two thousand over all its parameters and volumes.
+std::uint64_t mutations_of(const Codec& codec) { return 240 / zoo::parameter_corners(codec).size() + 16; }
 
 struct Encoding {
   volumes::VolumeInfo info;
