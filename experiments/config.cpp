@@ -109,7 +109,9 @@ Dataset read_dataset(const YamlValue& value, const Catalogue& catalogue) {
   std::optional<double> scale;
   std::optional<volumes::Extent> extent;
   std::uint32_t bytes_per_voxel = 0;
+  bool exchange_axes = false;
   value.fields({{"name", [&](const YamlValue& v) { dataset = find_dataset(v, catalogue); }, true},
+                {"exchange_axes", [&](const YamlValue& v) { exchange_axes = v.integer(0, 1) == 1; }},
                 {"scale", [&](const YamlValue& v) { scale = v.number(1e-4, 1); }},
                 {"extent", [&](const YamlValue& v) { extent = read_extent(v); }},
                 {"bytes_per_voxel",
@@ -119,6 +121,7 @@ Dataset read_dataset(const YamlValue& value, const Catalogue& catalogue) {
   if (scale) dataset.scale = *scale;
   if (extent) dataset.extent = *extent;
   dataset.bytes_per_voxel = bytes_per_voxel;
+  dataset.exchange_axes = exchange_axes;
   return dataset;
 }
 

@@ -1,23 +1,24 @@
 // A configuration: what is measured, how long, and which tables are made of it.
 //
-//   title: text                        scale: edge factor of all generated volumes (overrides the data sets'
-//   own) rounds: 9 (least number)           max_rounds: 3 x rounds target_interval: 0.05              width
-//   of the 95 % interval of the median / median at which a cell is done timeout_s: 120                     of
-//   a cell: its check, and all its rounds; a single step that takes longer is killed memory_limit_gib: 16 of
-//   a worker process, beyond the mapped input seed: 1                            of the order of the rounds
-//   and of the points of random access lods: all | [0, 1]                 levels of detail of random access
-//   matrix:                            a list of blocks; the cells are the union of their products
-//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4},
+//   title: text
+//   scale: edge factor of all generated volumes (overrides the data sets' own)
+//   rounds: 9                  least number
+//   max_rounds: 3 x rounds
+//   target_interval: 0.05      width of the 95 % interval of the median / median at which a cell is done
+//   timeout_s: 120             of a cell: its check, and all its rounds; a single step that takes longer is killed
+//   memory_limit_gib: 16       of a worker process, beyond the mapped input
+//   seed: 1                    of the order of the rounds and of the points of random access
+//   lods: all | [0, 1]         levels of detail of random access
+//   matrix:                    a list of blocks; the cells are the union of their products
+//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4, exchange_axes: 1},
 //                  {generator: KIND, extent: [x, y, z], seed: 1, parameters: {..}, name: NAME}]
-//       codecs: all | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies
-//       the cells stages: [encode, decode, random-access] threads: [1, all]              default [1]
+//       codecs: all | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies the cells
+//       stages: [encode, decode, random-access]
+//       threads: [1, all]      default [1]
 //   tables:
-//     - name: NAME   title: TEXT   columns: [METRIC, ...]
-//       rows: [dataset, extent, type, codec, parameters, threads, PARAMETER]      what labels a line
-//       where: {dataset|codec|threads|PARAMETER: GLOB}           published: {file: PATH beside this file,
-//       table: NAME}
-//   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose,
-//   for tests
+//     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
+//       where: {dataset|codec|threads|PARAMETER: GLOB}           published: {file: PATH beside this file, table: NAME}
+//   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
 #pragma once
 
 #include <cstdint>

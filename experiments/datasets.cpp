@@ -7,6 +7,7 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <unordered_set>
 #include <vector>
 
 #include "volumes/error.hpp"
@@ -175,6 +176,40 @@ Location locate_file(const Dataset& dataset, const std::string& path) {
   }
 }
 
+Extent exchange(const Extent& e) { return {e.z, e.y, e.x}; }
+
+/// The voxels of another source in the same order, said to be of extent (Z, Y, X).
+class ExchangedSource final : public VolumeSource {
+ public:
+  explicit ExchangedSource(const VolumeSource& source) : volume_(volumes::read_all(source)) {
+    volume_.info().extent = exchange(volume_.extent());
+  }
+  const VolumeInfo& info() const override { return volume_.info(); }
+  void read(const Box& box, std::byte* out) const override { volumes::MemorySource(volume_).read(box, out); }
+  const std::byte* data() const override { return volume_.data(); }
+
+ private:
+  volumes::Volume volume_;
+};
+
+/// Distinct labels of a label volume, 0 of scalars.
+std::uint64_t count_labels(const VolumeSource& source) {
+  const VolumeInfo& info = source.info();
+  if (info.kind != volumes::VolumeKind::kLabels) return 0;
+  std::unordered_set<std::uint64_t> labels;
+  volumes::SlabReader reader(source);
+  for (std::uint64_t z = 0; z < info.extent.z; ++z) {
+    const std::byte* plane = reader.read(z, z + 1);
+    volumes::with_label_type(info.type, [&]<class T>() {
+      const std::span voxels(reinterpret_cast<const T*>(plane), info.extent.x * info.extent.y);
+      for (std::size_t i = 0; i < voxels.size(); ++i) {
+        if (i == 0 || voxels[i] != voxels[i - 1]) labels.insert(voxels[i]);
+      }
+    });
+  }
+  return labels.size();
+}
+
 std::string hash_voxels(const VolumeSource& source) {
   Hash hash;
   volumes::SlabReader reader(source);
@@ -186,7 +221,7 @@ std::string hash_voxels(const VolumeSource& source) {
 
 }  // namespace
 
-Location locate(const Dataset& dataset, const Places& places) {
+Location locate_in_order(const Dataset& dataset, const Places& places) {
   std::string path = dataset.file;
   std::string reason;
   if (path.starts_with(kDataVariable)) {
@@ -201,7 +236,23 @@ Location locate(const Dataset& dataset, const Places& places) {
   return missing(reason);
 }
 
+Location locate(const Dataset& dataset, const Places& places) {
+  Location location = locate_in_order(dataset, places);
+  if (!location.present || !dataset.exchange_axes) return location;
+  location.exchanged = true;
+  location.info.extent = exchange(location.info.extent);
+  location.identity = identify("exchanged axes " + location.identity);
+  location.label += std::string(location.label.empty() ? "" : ", ") + "axes exchanged on purpose";
+  return location;
+}
+
 std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned threads) {
+  if (location.exchanged) {
+    Location in_order = location;
+    in_order.exchanged = false;
+    in_order.info.extent = exchange(location.info.extent);
+    return std::make_unique<ExchangedSource>(*open_location(in_order, threads));
+  }
   if (!location.path.empty()) return volumes::open_volume(location.path, location.info.kind);
   return volumes::make_generator(location.generator->kind, location.info.extent, location.generator->seed,
                                  location.generator->parameters, threads);
@@ -216,22 +267,25 @@ RawCopy materialise(const Location& location, const Places& places, unsigned thr
   const std::string path = (fs::path(places.cache) / (location.identity + ".raw")).string();
   const std::string hash_path = path + ".hash";
   std::string content_hash;
-  if (std::ifstream in(hash_path); in >> content_hash && content_hash.size() == 16 &&
+  std::uint64_t labels = 0;
+  if (std::ifstream in(hash_path); in >> content_hash >> labels && content_hash.size() == 16 &&
                                    fs::exists(path, error) &&
                                    fs::file_size(path, error) == location.info.bytes()) {
-    return {path, content_hash};
+    return {path, content_hash, labels};
   }
   const auto free_bytes = fs::space(places.cache, error).available;
   if (error || location.info.bytes() > free_bytes / 2) return {};
   volumes::write_volume(path, *open_location(location, threads));
-  content_hash = hash_voxels(*volumes::open_volume(path, location.info.kind));
+  const auto copy = volumes::open_volume(path, location.info.kind);
+  content_hash = hash_voxels(*copy);
+  labels = count_labels(*copy);
   const std::string unfinished = hash_path + ".part";
   std::ofstream out(unfinished);
-  out << content_hash << '\n';
+  out << content_hash << ' ' << labels << '\n';
   out.close();
   if (!out) throw InputError(fmt::format("{}: expected to write the hash, found a write error", hash_path));
   fs::rename(unfinished, hash_path);
-  return {path, content_hash};
+  return {path, content_hash, labels};
 }
 
 }  // namespace cvr::experiments

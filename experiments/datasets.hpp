@@ -39,6 +39,7 @@ struct Dataset {
   std::string stand_in_for;           ///< the data set that the generated volume stands in for
   double scale = 1;                   ///< edge of the generated volume / edge in full
   std::uint32_t bytes_per_voxel = 0;  ///< of the published accounting; 0: that of the stored type
+  bool exchange_axes = false;         ///< read the voxels as if x and z were exchanged, a mistake made on purpose
 
   /// max(1, round(extent * scale)).
   volumes::Extent generated_extent() const;
@@ -71,6 +72,7 @@ struct Location {
   std::string path;     ///< volume file; empty: generated
   std::optional<GeneratorChoice> generator;
   volumes::VolumeInfo info;
+  bool exchanged = false;  ///< info.extent is (Z, Y, X) of the source; the voxels lie in memory as before
   std::string identity;  ///< 16 hexadecimal digits
   std::string
       label;  ///< "stand-in for CELLS, 300x300x300 of 1000x1000x1000" (its title up to the first colon or comma), "generated" or ""
@@ -87,6 +89,7 @@ struct RawCopy {
   std::string
       path;  ///< empty: streamed from the location, since the copy would take more than half of the free disk
   std::string content_hash;  ///< XXH3-64 of the voxels; empty if streamed
+  std::uint64_t labels = 0;  ///< distinct labels; 0 if streamed or scalars
 };
 
 /// Makes the copy unless it is there. Throws InputError.

@@ -74,6 +74,8 @@ Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& proven
     dataset["bytes"] = info.bytes();
     dataset["identity"] = location.identity;
     dataset["content_hash"] = copy.content_hash.empty() ? Row(nullptr) : Row(copy.content_hash);
+    if (copy.labels > 0) dataset["labels"] = copy.labels;
+    if (cell.dataset->labels > 0) dataset["original_labels"] = cell.dataset->labels;
     dataset["source"] = copy.path.empty() ? "streamed" : "mapped copy";
   }
   row["codec"]["id"] = cell.codec;

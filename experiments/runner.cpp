@@ -10,6 +10,7 @@
 #include <random>
 #include <thread>
 
+#include "experiments/journal.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/row_building.hpp"
 #include "experiments/worker_process.hpp"
@@ -35,9 +36,9 @@ struct Active {
   double check_seconds = 0;
 };
 
-std::vector<Sample> samples_of(const Row& message) {
+std::vector<Sample> samples_of(const Row& round) {
   std::vector<Sample> samples;
-  for (const Row& s : message.at("samples")) {
+  for (const Row& s : round) {
     samples.push_back({s.at(0).get<std::string>(), s.at(1).get<double>(), s.at(2).get<double>(),
                        s.at(3).get<std::uint64_t>()});
   }
@@ -52,6 +53,7 @@ class Runner {
         writer_((fs::path(options.out) / "rows.jsonl").string()),
         scratch_((fs::path(options.out) / "scratch").string()),
         provenance_(describe_machine_and_build()),
+        journal_((fs::path(options.out) / "journal.jsonl").string(), provenance_.dump(), options.redo),
         cores_(std::max(1u, std::thread::hardware_concurrency())) {}
 
   RunSummary run() {
@@ -68,6 +70,7 @@ class Runner {
     }
     fs::remove_all(scratch_);
     summary_.interrupted = interrupted();
+    if (!summary_.interrupted) journal_.remove();
     return summary_;
   }
 
@@ -194,6 +197,7 @@ class Runner {
       one.check_seconds = now_seconds() - start;
       if (outcome == WorkerProcess::Wait::kMessage && message.value("event", "") == "ready") {
         one.parts = message["parts"];
+        for (const Row& round : journal_.rounds_of(planned->id)) one.measured.add(samples_of(round));
         active.push_back(std::move(one));
       } else if (!end_badly(one, outcome, message, "the check")) {
         return;
@@ -229,7 +233,8 @@ class Runner {
       return false;
     }
     one.busy_seconds += now_seconds() - start;
-    one.measured.add(samples_of(message));
+    one.measured.add(samples_of(message["samples"]));
+    journal_.append(one.planned->id, message["samples"]);
     const std::string stop = reason_to_stop(one);
     if (stop.empty()) return true;
     end_well(one, stop);
@@ -292,6 +297,7 @@ class Runner {
   RowWriter writer_;
   std::string scratch_;
   Row provenance_;
+  Journal journal_;
   unsigned cores_;
   RawCopy copy_;
   std::string group_text_;

@@ -60,6 +60,7 @@ std::string to_json_line(const WorkerSpec& spec) {
     j["generator"]["parameters"] = spec.location.generator->parameters;
   }
   j["identity"] = spec.location.identity;
+  j["exchanged"] = spec.location.exchanged;
   j["extent"] = {info.extent.x, info.extent.y, info.extent.z};
   j["type"] = name_of(info.type);
   j["kind"] = name_of(info.kind);
@@ -89,6 +90,7 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
                                          g.at("parameters").get<std::map<std::string, double>>()};
   }
   location.identity = j.at("identity").get<std::string>();
+  location.exchanged = j.at("exchanged").get<bool>();
   const auto extent = j.at("extent").get<std::array<std::uint64_t, 3>>();
   location.info.extent = {extent[0], extent[1], extent[2]};
   location.info.type = volumes::voxel_type_from_name(j.at("type").get<std::string>()).value();
