@@ -242,7 +242,8 @@ Location locate(const Dataset& dataset, const Places& places) {
   location.exchanged = true;
   location.info.extent = exchange(location.info.extent);
   location.identity = identify("exchanged axes " + location.identity);
-  location.label += std::string(location.label.empty() ? "" : ", ") + "axes exchanged on purpose";
+  location.label = location.label.empty() ? "misread (axes exchanged on purpose)"
+                                          : location.label + ", axes exchanged on purpose";
   return location;
 }
 

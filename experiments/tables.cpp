@@ -108,6 +108,16 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
   }
 }
 
+/// What the columns mean, for who sees such a table for the first time.
+std::string explain_columns(const TableSpec& spec) {
+  std::string text = "Columns: ";
+  for (const std::string& column : spec.columns) {
+    const Metric* metric = find_metric(column);
+    text += fmt::format("{}**{}** {}", text.ends_with(": ") ? "" : "; ", metric->heading, metric->description);
+  }
+  return text + ".";
+}
+
 std::string escape_latex(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -209,6 +219,7 @@ Table make_table(const TableSpec& spec, const Config& config, const std::vector<
     for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->text(context));
     table.lines.push_back(std::move(cells));
   }
+  table.notes.push_back(explain_columns(spec));
   add_origin_notes(lines, table.notes);
   if (published) {
     table.notes.push_back(
