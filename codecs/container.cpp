@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::string_view kMagic = "CVRBENCH";
 constexpr std::uint32_t kContainerVersion = 1;
+constexpr std::size_t kAlignment = 8;  // of header and payload: decoders read words in place
 constexpr std::size_t kHeaderHashOffset = 32;
 constexpr std::size_t kFixedHeaderBytes = 96;
 constexpr std::size_t kAccountBytes = 8 * (1 + kByteClasses);  // published bytes and breakdown, at the header's end
@@ -48,7 +49,7 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
     out.put(narrow<std::uint16_t>(text.size()));
     out.text(text);
   }
-  out.align(8);
+  out.align(kAlignment);
   ByteBreakdown breakdown = encoded.breakdown;
   breakdown[ByteClass::kHeader] += out.size() + kAccountBytes;
   out.put(encoded.published_bytes);
@@ -110,6 +111,9 @@ Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const P
 }
 
 Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
+  if (reinterpret_cast<std::uintptr_t>(bytes.data()) % kAlignment != 0) {
+    return fail(ErrorCode::kBadArgument, fmt::format("the bytes of a file must lie at a multiple of {} in memory", kAlignment));
+  }
   ByteReader in(bytes);
   constexpr std::size_t kLeast = kFixedHeaderBytes + kAccountBytes;
   if (bytes.size() < kLeast) {
@@ -127,7 +131,7 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
     return fail(ErrorCode::kTruncated, fmt::format("offset 12: header of {} and payload of {} bytes announced, the file has {}",
                                                    header_size, payload_size, bytes.size()));
   }
-  if (header_size % 8 != 0) {
+  if (header_size % kAlignment != 0) {
     return fail(ErrorCode::kMalformed, fmt::format("offset 12: expected a header of a multiple of 8 bytes, found {}", header_size));
   }
   const auto header = bytes.first(header_size);

@@ -42,7 +42,8 @@ struct OpenedFile {
 /// 2^40 voxels, or the codec itself fails.
 Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const Parameters& parameters, unsigned threads);
 
-/// Reads the envelope; verifies both checksums.
+/// Reads the envelope; verifies both checksums. `bytes` must lie at a multiple of 8, as every allocation does: words are read
+/// in place.
 Expected<OpenedFile> open_file(std::span<const std::byte> bytes);
 
 /// Opens the decoder of a file. `bytes` must outlive it.

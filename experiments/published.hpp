@@ -2,8 +2,7 @@
 //
 //   citation: TEXT    hardware: TEXT    notes: TEXT
 //   tables:
-//     NAME: {title: TEXT, figures: [{dataset: NAME, codec: ID, parameters: {brick: 32}, rate: 5.489,
-//     seconds: 3.211, gb_per_s: 1.2}]}
+//     NAME: {title: TEXT, figures: [{dataset: NAME, codec: ID, parameters: {brick: 32}, rate: 5.489, seconds: 3.211, gb_per_s: 1.2}]}
 #pragma once
 
 #include <optional>

@@ -5,8 +5,7 @@
 //   {"event": "ready", "parts": {...}}
 // then each input line "round" is one timed round, answered by
 //   {"event": "round", "samples": [[series, wall seconds, CPU seconds, count], ...]}
-// and "stop" or the end of input ends it. What goes wrong is {"event": "failure", "status": ..., "reason":
-// ...}, then the end.
+// and "stop" or the end of input ends it. What goes wrong is {"event": "failure", "status": ..., "reason": ...}, then the end.
 #pragma once
 
 #include <istream>

@@ -6,10 +6,8 @@
 //   2 gx gy gz     block headers, x fastest, g = ceil(extent / block):
 //                    word 0: bits 0..23 table offset, bits 24..31 bits per value (0, 1, 2, 4, 8, 16 or 32)
 //                    word 1: value offset
-//   then for every block: its values, then its table unless an earlier block has an equal one (which is then
-//   shared)
-//     values: the index of (x, y, z) at bit `bits * (x + bx * (y + by * z))`, least significant first; ceil
-//     to words.
+//   then for every block: its values, then its table unless an earlier block has an equal one (which is then shared)
+//     values: the index of (x, y, z) at bit `bits * (x + bx * (y + by * z))`, least significant first; ceil to words.
 //             Blocks at the border keep their full size; voxels outside the extent have index 0.
 //     table:  the block's labels, ascending; one word a label (u8, u16, u32 volumes) or two, low first (u64).
 //

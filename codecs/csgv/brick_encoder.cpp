@@ -253,15 +253,7 @@ Expected<Payload> BrickEncoder::run() {
   return payload;
 }
 
-}  // namespace
-
-BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {
-  const auto cut = [this](std::uint64_t at, std::uint64_t size) {
-    return static_cast<std::uint32_t>(std::min<std::uint64_t>(brick, size - at * brick));
-  };
-  return {cut(c.x, extent.x), cut(c.y, extent.y), cut(c.z, extent.z)};
-}
-
+/// 8 a word, first in the low nibble.
 void append_nibbles(std::span<const std::uint8_t> symbols, std::vector<std::uint32_t>& words) {
   const std::size_t at = words.size();
   words.resize(at + (symbols.size() + 7) / 8);
@@ -281,6 +273,25 @@ void append_nibbles(std::span<const std::uint8_t> symbols, std::vector<std::uint
     std::memcpy(&bytes, symbols.data() + i, symbols.size() - i);
     words[at + i / 8] = pack8(bytes);
   }
+}
+
+}  // namespace
+
+BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {
+  const auto cut = [this](std::uint64_t at, std::uint64_t size) {
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(brick, size - at * brick));
+  };
+  return {cut(c.x, extent.x), cut(c.y, extent.y), cut(c.z, extent.z)};
+}
+
+void append_nibble_brick(const OperationStream& operations, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+  append_level_starts(operations, words);
+  const std::size_t operations_at = words.size();
+  append_nibbles(operations.symbols(), words);
+  bytes[ByteClass::kHeader] += 4 * (operations.levels() + 1);
+  bytes[ByteClass::kOperations] += 4 * (words.size() - operations_at);
+  append_palette(operations, words);
+  bytes[ByteClass::kPalette] += 4 * operations.palette().size();
 }
 
 Expected<Payload> BrickCodec::encode(const VolumeSource& source, const Parameters& parameters, unsigned threads) const {

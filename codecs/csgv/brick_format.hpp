@@ -87,8 +87,8 @@ inline void append_palette(const OperationStream& operations, std::vector<std::u
   words.insert(words.end(), operations.palette().rbegin(), operations.palette().rend());
 }
 
-/// Appends symbols as nibbles, 8 a word, first in the low nibble.
-void append_nibbles(std::span<const std::uint8_t> symbols, std::vector<std::uint32_t>& words);
+/// Appends a whole brick of plain nibbles: level starts, palette size, symbols (8 a word, first in the low nibble), palette.
+void append_nibble_brick(const OperationStream& operations, std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
 
 /// Hands out nibbles; a Reader for Reconstruction.
 class NibbleReader {

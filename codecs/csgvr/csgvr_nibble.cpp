@@ -16,13 +16,7 @@ class CsgvrNibbleFormat final : public BrickFormat {
 
   void pack(const OperationStream& operations, PackWorkspace&, std::vector<std::uint32_t>& words,
             ByteBreakdown& bytes) const override {
-    append_level_starts(operations, words);
-    const std::size_t operations_at = words.size();
-    append_nibbles(operations.symbols(), words);
-    bytes[ByteClass::kHeader] += 4 * (operations.levels() + 1);
-    bytes[ByteClass::kOperations] += 4 * (words.size() - operations_at);
-    append_palette(operations, words);
-    bytes[ByteClass::kPalette] += 4 * operations.palette().size();
+    append_nibble_brick(operations, words, bytes);
   }
 
   BrickError check(std::span<const std::uint32_t> words, unsigned levels) const override {

@@ -32,24 +32,6 @@ herr_t image_keep(void*, H5FD_file_image_op_t, void*) noexcept { return 0; }
 void* udata_share(void* image) noexcept { return image; }
 herr_t udata_keep(void*) noexcept { return 0; }
 
-hid_t file_type(VoxelType type) {
-  switch (type) {
-    case VoxelType::kU8:
-      return H5T_STD_U8LE;
-    case VoxelType::kU16:
-      return H5T_STD_U16LE;
-    case VoxelType::kU32:
-      return H5T_STD_U32LE;
-    case VoxelType::kU64:
-      return H5T_STD_U64LE;
-    case VoxelType::kI16:
-      return H5T_STD_I16LE;
-    case VoxelType::kF32:
-      return H5T_IEEE_F32LE;
-  }
-  return H5I_INVALID_HID;
-}
-
 void check(bool ok, const char* what) {
   if (!ok) throw std::runtime_error(fmt::format("HDF5: {}: {}", what, volumes::hdf5_reason()));
 }
@@ -93,7 +75,7 @@ Hdf5ImageWriter::Hdf5ImageWriter(const ChunkedDataset& dataset)
   if (dataset.shuffle) check(H5Pset_shuffle(creation.get()) >= 0, "shuffle");
   check(H5Pset_deflate(creation.get(), dataset.level) >= 0, "gzip");
   const char* name = dataset.info.kind == VolumeKind::kLabels ? "labels" : "scalars";
-  file_->dataset = Hdf5Handle(H5Dcreate2(file_->file.get(), name, file_type(dataset.info.type), space.get(),
+  file_->dataset = Hdf5Handle(H5Dcreate2(file_->file.get(), name, volumes::hdf5_file_type(dataset.info.type), space.get(),
                                          H5P_DEFAULT, creation.get(), H5P_DEFAULT),
                               H5Dclose);
   check(file_->dataset.valid(), "create dataset");

@@ -1,9 +1,8 @@
 // The payload of the codec neuroglancer; FORMAT.md has it byte by byte.
 //
 //   u32 chunk edge E, u32 levels L
-//   u64 x (chunks + 1)   chunk table: where each stream starts, in words from the first stream; the last
-//   entry is their sum u32 x sum            the streams: all chunks of level 0, x fastest, then those of
-//   level 1, ...
+//   u64 x (chunks + 1)   chunk table: where each stream starts, in words from the first stream; the last entry is their sum
+//   u32 x sum            the streams: all chunks of level 0, x fastest, then those of level 1, ...
 // Level k has the extent ceil(extent / 2^k) and chunks of E voxels of its own along each axis.
 #pragma once
 

@@ -1,7 +1,7 @@
 // The golden encodings: tiny fixed volumes, and the bytes that every codec made of them when its format was
 // fixed.
 //
-// tests/golden/data/CODEC_PARAMETERS.VOLUME.cvr, each below 4 KB, is compared with what the encoder writes
+// tests/golden/data/CODEC_PARAMETERS.VOLUME.cvr, each a few KB, is compared with what the encoder writes
 // now and decoded by what the decoder reads now. A difference is a change of format: it needs a new version
 // of the codec. To write the files anew (the sources of general-purpose compressors' bytes are Debian 12's
 // libraries; another release may write others):

@@ -2,19 +2,16 @@
 // Simulation of biological cell sorting using a two-dimensional extended Potts model, PRL 69, 1992). A
 // stand-in for CELLS of the CSGV-R paper.
 //
-//  1. One cell a box of a jittered grid, so that volumes are even, as the volume constraint of the model
-//  makes them. A voxel belongs
-//     to the nearest of the centres whose reach (a box around the centre) contains it, after a warp by value
-//     noise at two scales.
-//  2. A few sweeps of Potts dynamics roughen and relax the borders: every voxel, at even odds, proposes to
-//  copy one of its six
+//  1. One cell a box of a jittered grid, so that volumes are even, as the volume constraint of the model makes them. A voxel
+//     belongs to the nearest of the centres whose reach (a box around the centre) contains it, after a warp by value noise at
+//     two scales.
+//  2. A few sweeps of Potts dynamics roughen and relax the borders: every voxel, at even odds, proposes to copy one of its six
 //     neighbours; with c of its 26 neighbours like the copy and o like the own label the copy is taken with
 //     probability min(1, heat^(o - c)), Metropolis' rule at temperature -1 / ln(heat). All voxels of a sweep
 //     are judged by the state before it: a sweep then reaches one voxel far, a box needs a halo of as many
 //     voxels as there are sweeps, and the result does not depend on any order. (The model itself updates one
 //     voxel at a time.)
-//  3. Ids are 1 .. number of cells, scattered over the volume by a permutation; a cell that lost all its
-//  voxels leaves a gap.
+//  3. Ids are 1 .. number of cells, scattered over the volume by a permutation; a cell that lost all its voxels leaves a gap.
 //
 // Beyond the volume there is nothing: 0 marks it and is never copied.
 #include <fmt/format.h>

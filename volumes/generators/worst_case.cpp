@@ -4,8 +4,9 @@
 //   0 checkerboard   two labels, no two face neighbours alike
 //   1 distinct       every voxel a label of its own (up to 2^32 voxels)
 //   2 sheets         diagonal sheets x + y + z = constant of `thickness` voxels, each a label
-//   3 salt           one label, and at the share `density` of the voxels other labels, each once in a long
-//   while 4 constant       one label, `value` 5 noise          each voxel one of two labels at random
+//   3 salt           one label, and at the share `density` of the voxels other labels, each once in a long while
+//   4 constant       one label, `value`
+//   5 noise          each voxel one of two labels at random
 #include <fmt/format.h>
 
 #include <array>

@@ -29,4 +29,22 @@ std::string hdf5_reason() {
   return reason.empty() ? "an unknown failure" : reason;
 }
 
+hid_t hdf5_file_type(VoxelType type) {
+  switch (type) {
+    case VoxelType::kU8:
+      return H5T_STD_U8LE;
+    case VoxelType::kU16:
+      return H5T_STD_U16LE;
+    case VoxelType::kU32:
+      return H5T_STD_U32LE;
+    case VoxelType::kU64:
+      return H5T_STD_U64LE;
+    case VoxelType::kI16:
+      return H5T_STD_I16LE;
+    case VoxelType::kF32:
+      return H5T_IEEE_F32LE;
+  }
+  return H5I_INVALID_HID;
+}
+
 }  // namespace cvr::volumes

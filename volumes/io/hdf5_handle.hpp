@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include "volumes/volume.hpp"
+
 namespace cvr::volumes {
 
 class Hdf5Session {
@@ -28,6 +30,9 @@ class Hdf5Session {
 
 /// What the library says about its last failure: the innermost description, or "an unknown failure".
 std::string hdf5_reason();
+
+/// The type as files hold it, little endian.
+hid_t hdf5_file_type(VoxelType type);
 
 /// Owns one identifier and closes it with the function given.
 class Hdf5Handle {

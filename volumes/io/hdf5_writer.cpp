@@ -20,24 +20,6 @@ namespace {
 constexpr std::uint64_t kChunk = 64;
 constexpr unsigned kGzipLevel = 4;
 
-hid_t file_type(VoxelType type) {
-  switch (type) {
-    case VoxelType::kU8:
-      return H5T_STD_U8LE;
-    case VoxelType::kU16:
-      return H5T_STD_U16LE;
-    case VoxelType::kU32:
-      return H5T_STD_U32LE;
-    case VoxelType::kU64:
-      return H5T_STD_U64LE;
-    case VoxelType::kI16:
-      return H5T_STD_I16LE;
-    case VoxelType::kF32:
-      return H5T_IEEE_F32LE;
-  }
-  return H5I_INVALID_HID;
-}
-
 class Hdf5Writer {
  public:
   Hdf5Writer(const OutputFile& output, const std::string& dataset, const VolumeSource& source)
@@ -84,7 +66,7 @@ class Hdf5Writer {
     check(H5Pset_chunk(layout.get(), 3, chunk.data()));
     check(H5Pset_deflate(layout.get(), kGzipLevel));
     check(H5Pset_obj_track_times(layout.get(), false));
-    dataset_ = {H5Dcreate2(file_.get(), name.c_str(), file_type(info_.type), space.get(), links.get(),
+    dataset_ = {H5Dcreate2(file_.get(), name.c_str(), hdf5_file_type(info_.type), space.get(), links.get(),
                            layout.get(), H5P_DEFAULT),
                 H5Dclose};
     check(dataset_.get());
@@ -123,7 +105,7 @@ class Hdf5Writer {
     const Hdf5Handle to(H5Dget_space(dataset_.get()), H5Sclose);
     const Hdf5Handle from(H5Screate_simple(3, count.data(), nullptr), H5Sclose);
     check(H5Sselect_hyperslab(to.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
-    check(H5Dwrite(dataset_.get(), file_type(info_.type), from.get(), to.get(), H5P_DEFAULT, voxels.data()));
+    check(H5Dwrite(dataset_.get(), hdf5_file_type(info_.type), from.get(), to.get(), H5P_DEFAULT, voxels.data()));
   }
 
   std::string path_;

@@ -1,12 +1,9 @@
 // Neuroglancer precomputed volumes: a folder with a JSON file `info` and one folder of chunk files a scale
 // (unsharded).
 //
-//   info                     type image | segmentation, data_type, num_channels 1, scales: [{key, size,
-//   resolution (nm),
-//                            voxel_offset, chunk_sizes, encoding raw | compressed_segmentation, ...}], all
-//                            arrays x y z
-//   KEY/x0-x1_y0-y1_z0-z1    the voxels x0 <= x < x1 ..., coordinates including voxel_offset, clipped at the
-//   upper border;
+//   info                     type image | segmentation, data_type, num_channels 1, scales: [{key, size, resolution (nm),
+//                            voxel_offset, chunk_sizes, encoding raw | compressed_segmentation, ...}], all arrays x y z
+//   KEY/x0-x1_y0-y1_z0-z1    the voxels x0 <= x < x1 ..., coordinates including voxel_offset, clipped at the upper border;
 //                            x fastest; optionally gzipped, with or without the ending .gz
 //
 // Source: Neuroglancer's published description of the format. A chunk without a file is all zeros, as

@@ -1,8 +1,10 @@
 // Raw voxels, x fastest, beside a sidecar in YAML: FILE.raw and FILE.raw.yaml.
 //
-//   extent: [512, 256, 128]      x, y, z; the size of FILE.raw must be offset_bytes + X * Y * Z * bytes a
-//   voxel, exactly type: u32                    u8, u16, u32, u64, i16, f32 kind: labels optional: labels or
-//   scalars voxel_size: [8, 8, 40]       optional: along x, y, z voxel_unit: nm               optional
+//   extent: [512, 256, 128]      x, y, z; the size of FILE.raw must be offset_bytes + X * Y * Z * bytes a voxel, exactly
+//   type: u32                    u8, u16, u32, u64, i16, f32
+//   kind: labels                 optional: labels or scalars
+//   voxel_size: [8, 8, 40]       optional: along x, y, z
+//   voxel_unit: nm               optional
 //   byte_order: little           optional: little (default) or big
 //   offset_bytes: 0              optional
 //   name, source, licence        optional texts

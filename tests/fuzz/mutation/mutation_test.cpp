@@ -213,6 +213,18 @@ TEST_P(Mutation, EveryTruncationOfAFileIsRefused) {
   EXPECT_TRUE(exercise_file(file));
 }
 
+TEST(OpenFile, RefusesBytesOutOfAlignment) {
+  const volumes::Volume volume = zoo::specimen("odd_sides_5x7x9_u16").volume();
+  const Codec& codec = *codecs::all_codecs().front();
+  const auto encoded =
+      codecs::encode(codec, volumes::MemorySource(volume), zoo::parameter_corners(codec)[0], 1).value();
+  Bytes shifted(1);
+  shifted.insert(shifted.end(), encoded.bytes.bytes().begin(), encoded.bytes.bytes().end());
+  const auto opened = codecs::open_file(std::span(shifted).subspan(1));
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, codecs::ErrorCode::kBadArgument);
+}
+
 TEST(RepairedEnvelope, ReachesTheCodec) {
   const volumes::Volume volume = zoo::specimen("odd_sides_5x7x9_u16").volume();
   const Codec& codec = *codecs::all_codecs().front();

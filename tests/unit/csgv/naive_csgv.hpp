@@ -3,11 +3,10 @@
 // be compared with by eye.
 //
 // Rules (CSGV-R paper, section 2.5, with the ties and borders of codecs/csgv/FORMAT.md):
-//   label      the most frequent of the valid children, on a tie the first in the order x, y, z; outside: no
-//   vote constant   all valid children have the same label and, above the second finest level, are constant
-//   operation  the first that fits: parent, neighbour x, y, z, last, delta (if enabled), advance; the root
-//   always advances neighbour  the node beside the own 2x2x2 block: at -1 of the same level, or the parent of
-//   the node at +1
+//   label      the most frequent of the valid children, on a tie the first in the order x, y, z; outside: no vote
+//   constant   all valid children have the same label and, above the second finest level, are constant
+//   operation  the first that fits: parent, neighbour x, y, z, last, delta (if enabled), advance; the root always advances
+//   neighbour  the node beside the own 2x2x2 block: at -1 of the same level, or the parent of the node at +1
 #pragma once
 
 #include <algorithm>
