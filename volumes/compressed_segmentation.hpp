@@ -122,6 +122,7 @@ class CompressedSegmentation {
     std::uint32_t size = 1;
     std::uint32_t shift = 0;  ///< log2(size) where that is whole
   };
+  std::uint64_t uniform_run(std::uint64_t index, std::uint64_t limit) const;
   Expected<void> check_block(const Coordinate& position) const;
   template <class Divide>
   std::uint64_t label_at(const Coordinate& c, Divide divide) const {

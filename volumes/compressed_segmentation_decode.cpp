@@ -187,6 +187,18 @@ Expected<void> CompressedSegmentation::check_block(const Coordinate& position) c
                           describe(position), largest, header.table_offset, size));
 }
 
+/// How many blocks from `index` on, at most `limit`, have one label and share its table: they are written as one, in longer rows.
+std::uint64_t CompressedSegmentation::uniform_run(std::uint64_t index, std::uint64_t limit) const {
+  const Block first = block(index);
+  if (first.bits != 0) return 1;
+  std::uint64_t run = 1;
+  for (; run < limit; ++run) {
+    const Block next = block(index + run);
+    if (next.bits != 0 || next.table_offset != first.table_offset) break;
+  }
+  return run;
+}
+
 template <class T>
 Expected<void> CompressedSegmentation::decode_layers(std::uint64_t begin, std::uint64_t end,
                                                      const LabelBox<T>& out) const {
@@ -194,12 +206,15 @@ Expected<void> CompressedSegmentation::decode_layers(std::uint64_t begin, std::u
   Coordinate position;
   for (position.z = begin; position.z < end; ++position.z) {
     for (position.y = 0; position.y < grid_.y; ++position.y) {
-      for (position.x = 0; position.x < grid_.x; ++position.x, ++index) {
+      position.x = 0;
+      for (std::uint64_t run = 1; position.x < grid_.x; position.x += run, index += run) {
+        run = uniform_run(index, grid_.x - position.x);
+        Extent valid = valid_part(extent_, block_, position);
+        if (run > 1) valid.x = std::min(run * block_.x, extent_.x - position.x * block_.x);
         T* voxels = out.labels + position.x * block_.x + position.y * block_.y * out.row_stride +
                     (position.z - begin) * block_.z * out.plane_stride;
         const std::uint64_t seen =
-            decode_block(*this, block(index), block_, valid_part(extent_, block_, position), voxels,
-                         out.row_stride, out.plane_stride);
+            decode_block(*this, block(index), block_, valid, voxels, out.row_stride, out.plane_stride);
         if (seen > std::numeric_limits<T>::max()) {
           return fail(ErrorCode::kMalformed,
                       fmt::format("{}: a label exceeds {} bits", describe(position), 8 * sizeof(T)));
