@@ -37,6 +37,9 @@ std::optional<VoxelType> voxel_type_from_name(std::string_view name);
 std::string_view name_of(VolumeKind kind);
 std::optional<VolumeKind> volume_kind_from_name(std::string_view name);
 
+/// Whether labels may have this type: unsigned integers.
+constexpr bool is_label_type(VoxelType type) { return type != VoxelType::kI16 && type != VoxelType::kF32; }
+
 struct Coordinate {
   std::uint64_t x = 0, y = 0, z = 0;
   bool operator==(const Coordinate&) const = default;

@@ -32,7 +32,7 @@ class RawDecoder final : public Decoder, public VoxelAccess {
   }
 
   const VoxelAccess* voxel_access() const override {
-    return info_.kind == VolumeKind::kLabels ? this : nullptr;
+    return info_.kind == VolumeKind::kLabels && volumes::is_label_type(info_.type) ? this : nullptr;
   }
 
   Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {

@@ -213,6 +213,21 @@ TEST_P(Mutation, EveryTruncationOfAFileIsRefused) {
   EXPECT_TRUE(exercise_file(file));
 }
 
+TEST(OpenFile, RefusesLabelsOfSignedOrFloatingType) {
+  const volumes::Volume volume = zoo::specimen("extreme_scalars_i16").volume();
+  const Codec& codec = *codecs::all_codecs().front();
+  const auto encoded =
+      codecs::encode(codec, volumes::MemorySource(volume), zoo::parameter_corners(codec)[0], 1).value();
+  Bytes bytes(encoded.bytes.bytes().begin(), encoded.bytes.bytes().end());
+  constexpr std::size_t kKindAt = 45;
+  ASSERT_EQ(bytes[kKindAt], static_cast<std::byte>(volumes::VolumeKind::kScalars));
+  bytes[kKindAt] = static_cast<std::byte>(volumes::VolumeKind::kLabels);
+  repair_envelope(bytes);
+  const auto opened = codecs::open_file(bytes);
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, codecs::ErrorCode::kUnsupported);
+}
+
 TEST(OpenFile, RefusesBytesOutOfAlignment) {
   const volumes::Volume volume = zoo::specimen("odd_sides_5x7x9_u16").volume();
   const Codec& codec = *codecs::all_codecs().front();
