@@ -16,7 +16,7 @@ struct BitVector {
   uint rank_at;  // 32-bit word at which the flat rank begins
 };
 
-CVR_FUNC uint cvr_bit(Words words, BitVector v, uint i) { return (words.w[v.bits_at + (i >> 5)] >> (i & 31u)) & 1u; }
+CVR_FUNC uint cvr_bit(Words words, BitVector v, uint i) { return (cvr_read(words, v.bits_at + (i >> 5)) >> (i & 31u)) & 1u; }
 
 // Ones before bit i; i may be the size.
 CVR_FUNC uint cvr_rank1(Words words, BitVector v, uint i) {

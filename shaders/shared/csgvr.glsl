@@ -29,20 +29,20 @@ struct CsgvrBrick {
   BitVector s;        // stop bits; s.bits_at = 0: there are none
 };
 
-// Reads the header of the brick whose `word_count` words begin at words.w[0].
+// Reads the header of the brick whose `word_count` words begin at `words`.
 CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bool stop_bits) {
   CsgvrBrick brick;
   brick.levels = levels;
   brick.words = word_count;
-  brick.palette_size = words.w[levels];
-  uint w_bits = words.w[levels + 1u];
+  brick.palette_size = cvr_read(words, levels);
+  uint w_bits = cvr_read(words, levels + 1u);
   brick.z_at = levels + 2u;
   brick.w.rank_at = brick.z_at + 2u * CVR_WAVELET_LEVELS - 1u;
   brick.w.bits_at = brick.w.rank_at + 2u * (w_bits / CVR_RANK_BLOCK_BITS + 1u);
   brick.s.rank_at = 0u;
   brick.s.bits_at = 0u;
   if (stop_bits) {
-    uint s_words = words.w[word_count - brick.palette_size - 1u];
+    uint s_words = cvr_read(words, word_count - brick.palette_size - 1u);
     brick.s.bits_at = word_count - brick.palette_size - 1u - 2u * s_words;
     brick.s.rank_at = brick.w.bits_at + 2u * ((w_bits + 63u) / 64u);
   }
@@ -55,16 +55,16 @@ CVR_FUNC uint cvr_csgvr_index(Words words, CsgvrBrick brick, CVR_INOUT(uint) n, 
   if (brick.s.bits_at != 0u) {
     for (uint l = 0u; l < level; ++l) {
       uint ancestor = n >> (3u * (level - l));
-      uint at = words.w[l] + ancestor - offset;
+      uint at = cvr_read(words, l) + ancestor - offset;
       if (cvr_bit(words, brick.s, at) == 1u) {
         n = ancestor;
         level = l;
         return at;
       }
-      offset = 8u * (offset + cvr_rank1(words, brick.s, at) - cvr_rank1(words, brick.s, words.w[l]));
+      offset = 8u * (offset + cvr_rank1(words, brick.s, at) - cvr_rank1(words, brick.s, cvr_read(words, l)));
     }
   }
-  return words.w[level] + n - offset;
+  return cvr_read(words, level) + n - offset;
 }
 
 // The operation at a stream index (Algorithm 2). For palette operations `advances` is the number of "advance" operations
@@ -76,13 +76,13 @@ CVR_FUNC uint cvr_csgvr_operation(Words words, CsgvrBrick brick, uint i, CVR_OUT
     bool last = l == CVR_WAVELET_LEVELS - 1u;
     uint bit = cvr_bit(words, brick.w, start + i);
     if (bit == 1u && !last) return l;
-    uint ones_before = cvr_rank1(words, brick.w, start + i) - words.w[brick.z_at + l];
+    uint ones_before = cvr_rank1(words, brick.w, start + i) - cvr_read(words, brick.z_at + l);
     if (last) {
       advances = ones_before;
       return bit == 1u ? CVR_OP_ADVANCE : CVR_OP_LAST;
     }
     i -= ones_before;
-    start = words.w[brick.z_at + CVR_WAVELET_LEVELS + l];
+    start = cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS + l);
   }
   return CVR_OP_LAST;
 }
@@ -129,7 +129,9 @@ CVR_FUNC bool cvr_csgvr_palette_index(Words words, CsgvrBrick brick, uint n, uin
   return false;
 }
 
-// The label at a palette index below brick.palette_size.
-CVR_FUNC uint cvr_csgvr_label(Words words, CsgvrBrick brick, uint index) { return words.w[brick.words - 1u - index]; }
+// The label at a palette index below brick.palette_size. The palette is never copied to shared memory.
+CVR_FUNC uint cvr_csgvr_label(Global words, CsgvrBrick brick, uint index) {
+  return cvr_read_global(words, brick.words - 1u - index);
+}
 
 #endif

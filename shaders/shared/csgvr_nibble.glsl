@@ -8,7 +8,7 @@
 #define CVR_CSGVR_NIBBLE_GLSL
 
 CVR_FUNC uint cvr_nibble(Words words, uint first_word, uint i) {
-  return (words.w[first_word + (i >> 3)] >> (4u * (i & 7u))) & 15u;
+  return (cvr_read(words, first_word + (i >> 3)) >> (4u * (i & 7u))) & 15u;
 }
 
 // "Advance" operations among the nibbles [0, i).
@@ -17,7 +17,7 @@ CVR_FUNC uint cvr_nibble_advances(Words words, uint first_word, uint i) {
   for (uint word = 0u; word <= (i >> 3); ++word) {
     uint left = i - 8u * word;
     if (left == 0u) break;
-    uint x = words.w[first_word + word] ^ 0x44444444u;  // a nibble is zero where the operation is "advance"
+    uint x = cvr_read(words, first_word + word) ^ 0x44444444u;  // a nibble is zero where the operation is "advance"
     uint non_zero = (x | (x >> 1) | (x >> 2) | (x >> 3)) & 0x11111111u;
     uint advances = non_zero ^ 0x11111111u;
     if (left < 8u) advances &= (1u << (4u * left)) - 1u;
@@ -32,14 +32,14 @@ CVR_FUNC bool cvr_csgvr_nibble_palette_index(Words words, uint levels, uint n, u
   uint first_word = levels + 1u;
   index = 0u;
   while (true) {
-    uint i = words.w[level] + n;
+    uint i = cvr_read(words, level) + n;
     uint operation = cvr_nibble(words, first_word, i);
     hops += 1u;
     if (operation > CVR_OP_LAST) return false;
     if (operation >= CVR_OP_ADVANCE) {
       uint advances = cvr_nibble_advances(words, first_word, i);
       index = operation == CVR_OP_ADVANCE ? advances : advances - 1u;
-      return index < words.w[levels];
+      return index < cvr_read(words, levels);
     }
     if (!cvr_csgvr_follow(operation, n, level)) return false;
   }

@@ -21,17 +21,17 @@ CVR_FUNC uint64_t cvr_neuroglancer_label(Words words, NeuroglancerStream s, uint
   uint by = y / s.block_y;
   uint bz = z / s.block_z;
   uint header = 1u + 2u * (bx + s.grid_x * (by + s.grid_y * bz));
-  uint table = words.w[header] & 0xffffffu;
-  uint bits = words.w[header] >> 24;
+  uint table = cvr_read(words, header) & 0xffffffu;
+  uint bits = cvr_read(words, header) >> 24;
   uint index = 0u;
   if (bits != 0u) {
     uint voxel = (x - bx * s.block_x) + s.block_x * ((y - by * s.block_y) + s.block_y * (z - bz * s.block_z));
     uint bit = voxel * bits;  // at most 64^3 * 32 bits
-    uint value = words.w[1u + words.w[header + 1u] + (bit >> 5)] >> (bit & 31u);
+    uint value = cvr_read(words, 1u + cvr_read(words, header + 1u) + (bit >> 5)) >> (bit & 31u);
     index = bits == 32u ? value : value & ((1u << bits) - 1u);
   }
   uint entry = 1u + table + index * s.table_words;
-  if (s.table_words == 1u) return uint64_t(words.w[entry]);
+  if (s.table_words == 1u) return uint64_t(cvr_read(words, entry));
   return cvr_word64(words, entry);
 }
 
