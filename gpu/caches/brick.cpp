@@ -1,0 +1,152 @@
+// `brick`: one invocation decodes one brick; and what all brick caches share.
+#include <fmt/format.h>
+
+#include <array>
+
+#include "gpu/caches/brick_cache.hpp"
+#include "shaders/caches/brick_control.glsl"
+
+namespace cvr::gpu {
+
+namespace {
+
+constexpr std::uint32_t kThreads = 64;
+constexpr std::uint64_t kUnitBytes = 32;
+
+KernelSource management_kernel(const CacheSetting& setting, const std::string& name, const std::string& text) {
+  KernelSource source{.name = name};
+  source.definitions = {{"CVR_BRICK_SHIFT", fmt::format("{}u", setting.encoding.levels - 1)},
+                        {"CVR_LEVELS", fmt::format("{}u", setting.encoding.levels)}};
+  source.texts = {"shaders/render/frame.glsl", "shaders/shared/portable.glsl", text};
+  return source;
+}
+
+}  // namespace
+
+volumes::Expected<std::unique_ptr<Cache>> BrickCache::make(const CacheSetting& setting, BrickDecoding decoding) {
+  std::unique_ptr<BrickCache> cache(new BrickCache(setting, decoding));
+  if (setting.grid.voxels() >= std::uint64_t{1} << 28)
+    return volumes::fail(volumes::ErrorCode::kUnsupported, "brick cache: at most 2^28 bricks");
+  if (setting.cache_bytes / kUnitBytes > UINT32_MAX)
+    return volumes::fail(volumes::ErrorCode::kUnsupported, "brick cache: units have 32-bit numbers, so at most 128 GiB");
+  const std::uint64_t largest = kUnitBytes << (3 * (setting.encoding.levels - 2));
+  if (setting.cache_bytes < largest) {
+    return volumes::fail(volumes::ErrorCode::kUnsupported,
+                         fmt::format("brick cache: a brick of {}^3 labels takes {} bytes, the cache has {}", setting.encoding.brick,
+                                     largest, setting.cache_bytes));
+  }
+  cache->bricks_ = static_cast<std::uint32_t>(setting.grid.voxels());
+  cache->units_ = static_cast<std::uint32_t>(setting.cache_bytes / kUnitBytes);
+  if (auto ok = cache->make_buffers(); !ok) return tl::unexpected(ok.error());
+  cache->make_kernels();
+  return cache;
+}
+
+volumes::Expected<void> BrickCache::make_buffers() {
+  const struct {
+    DeviceBuffer& buffer;
+    std::uint64_t bytes;
+    const char* use;
+  } pieces[] = {{cache_, units_ * kUnitBytes, "brick cache"},
+                {state_, std::uint64_t{bricks_} * 12, "brick states"},
+                {control_, CVR_CONTROL_WORDS * 4, "brick cache control"},
+                {stacks_, std::uint64_t{bricks_} * 4 * setting_.encoding.levels, "free regions"},
+                {list_, std::uint64_t{bricks_} * 4, "bricks to decode"}};
+  for (const auto& piece : pieces) {
+    auto buffer = DeviceBuffer::make(setting_.device, piece.bytes, piece.use);
+    if (!buffer) return tl::unexpected(buffer.error());
+    piece.buffer = std::move(*buffer);
+  }
+  return {};
+}
+
+void BrickCache::make_kernels() {
+  Device& device = setting_.device;
+  provision_ = std::make_unique<Kernel>(device, setting_.commands,
+                                        management_kernel(setting_, "provision", "shaders/caches/brick_provision.comp"));
+  assign_ = std::make_unique<Kernel>(device, setting_.commands,
+                                     management_kernel(setting_, "assign", "shaders/caches/brick_assign.comp"));
+  const std::uint32_t width = device.limits().subgroup;
+  bricks_a_group_ = decoding_ == BrickDecoding::kSerial ? width : 1;
+  KernelSource decode = management_kernel(setting_, "decode " + setting_.encoding.decoder, "shaders/shared/morton.glsl");
+  decode.definitions.emplace_back("CVR_DECODE_WIDTH", fmt::format("{}u", width));
+  if (setting_.instrumented) decode.definitions.emplace_back("CVR_INSTRUMENTED", "1");
+  if (decoding_ == BrickDecoding::kSerial) {
+    decode.definitions.emplace_back("CVR_DECODE_SERIAL", "1");
+    if (setting_.encoding.serial) decode.definitions.emplace_back("CVR_HAS_SERIAL", "1");
+  }
+  if (decoding_ == BrickDecoding::kCooperativeShared) {
+    decode.definitions.emplace_back("CVR_WORDS_SHARED", "1");
+    decode.definitions.emplace_back("CVR_SHARED_WORDS", fmt::format("{}u", setting_.encoding.shared_words));
+    decode.texts.insert(decode.texts.begin() + 1, "shaders/caches/shared_words.glsl");
+  }
+  append_source(decode, setting_.decoder);
+  decode.texts.emplace_back("shaders/caches/brick_decode.comp");
+  decode_ = std::make_unique<Kernel>(device, setting_.commands, decode);
+}
+
+void BrickCache::extend_kernel(KernelSource& source) const {
+  append_source(source, setting_.decoder);
+  source.texts.emplace_back("shaders/caches/brick.glsl");
+}
+
+void BrickCache::describe(FrameConstants& frame) const {
+  frame.cache[0] = cache_.address();
+  frame.cache[1] = state_.address();
+  frame.cache[2] = control_.address();
+  frame.cache[3] = stacks_.address();
+  frame.cache[4] = list_.address();
+  frame.cache_sizes[0] = units_;
+  frame.cache_sizes[1] = bricks_;
+}
+
+void BrickCache::clear(Commands& commands, bool everything) {
+  if (!everything) return;
+  commands.fill(state_, 0, state_.bytes(), CVR_NO_LEVEL);
+  commands.fill(control_, 0, control_.bytes(), 0);
+  relief_ = Relief::kNone;
+}
+
+void BrickCache::record(Commands& commands, std::uint32_t frame) {
+  const std::uint32_t groups = (bricks_ + kThreads - 1) / kThreads;
+  commands.pass("provision");
+  // Workgroups 0 1 1, empty list; when everything is given up also the stacks and the untouched end.
+  commands.fill(control_, 0, 4 * CVR_CONTROL_BUMP, 0);
+  commands.fill(control_, 4, 8, 1);
+  if (relief_ == Relief::kEverything) commands.fill(control_, 4 * CVR_CONTROL_BUMP, 4 * (CVR_CONTROL_WORDS - CVR_CONTROL_BUMP), 0);
+  const std::uint32_t last = frame == 1 ? CVR_LAST_FRAME : frame - 1;
+  commands.dispatch(*provision_, groups, {static_cast<std::uint32_t>(relief_), last, 0, 0});
+  commands.pass("assign");
+  commands.dispatch(*assign_, groups, {bricks_a_group_, setting_.device.limits().groups, 0, 0});
+  commands.pass("decode");
+  commands.dispatch_indirect(*decode_, control_, 4 * CVR_CONTROL_GROUPS);
+}
+
+CacheReport BrickCache::report() {
+  std::array<std::uint32_t, CVR_CONTROL_WORDS> words{};
+  control_.read(0, std::as_writable_bytes(std::span(words)));
+  CacheReport report{.requested = words[CVR_CONTROL_REQUESTED],
+                     .decoded = words[CVR_CONTROL_DECODE],
+                     .refused = words[CVR_CONTROL_REFUSED]};
+  if (report.refused == 0) relief_ = Relief::kNone;
+  else relief_ = relief_ == Relief::kUnwanted ? Relief::kEverything : Relief::kUnwanted;
+  return report;
+}
+
+std::vector<MemoryUse> BrickCache::memory() const {
+  return {{"cache", cache_.bytes()},
+          {"cache tables", state_.bytes() + control_.bytes() + stacks_.bytes() + list_.bytes()}};
+}
+
+CacheTraits brick_cache() {
+  return {.id = "brick",
+          .summary = "whole bricks, each decoded by one invocation, a frame late",
+          .sized = true,
+          .placeholders = true,
+          .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits&) {
+            return encoding.serial || encoding.voxel_access ? std::string() : "the codec has no decoder for bricks";
+          },
+          .make = [](const CacheSetting& setting) { return BrickCache::make(setting, BrickDecoding::kSerial); }};
+}
+
+}  // namespace cvr::gpu

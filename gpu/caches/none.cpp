@@ -1,0 +1,37 @@
+// `none`: every access decodes.
+#include "gpu/caches/cache.hpp"
+
+namespace cvr::gpu {
+
+namespace {
+
+class NoCache final : public Cache {
+ public:
+  explicit NoCache(const CacheSetting& setting) : setting_(setting) {}
+  void extend_kernel(KernelSource& source) const override {
+    append_source(source, setting_.decoder);
+    source.texts.emplace_back("shaders/caches/none.glsl");
+  }
+  void describe(FrameConstants&) const override {}
+  void clear(Commands&, bool) override {}
+
+ private:
+  CacheSetting setting_;
+};
+
+}  // namespace
+
+CacheTraits no_cache() {
+  return {.id = "none",
+          .summary = "each access decodes",
+          .sized = false,
+          .placeholders = false,
+          .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits&) {
+            return encoding.voxel_access ? std::string() : "the codec decodes whole bricks, not single voxels";
+          },
+          .make = [](const CacheSetting& setting) -> volumes::Expected<std::unique_ptr<Cache>> {
+            return std::make_unique<NoCache>(setting);
+          }};
+}
+
+}  // namespace cvr::gpu

@@ -1,0 +1,163 @@
+#include "gpu/vulkan/memory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+namespace cvr::gpu {
+
+namespace {
+
+constexpr std::uint64_t kStagingBytes = std::uint64_t{64} << 20;
+
+/// A buffer with memory of its own, without an owner: released by release().
+struct Allocation {
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  bool visible = false;
+};
+
+std::optional<std::uint32_t> find_type(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
+                                       VkMemoryPropertyFlags flags) {
+  for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+    if ((allowed >> i & 1) != 0 && (memory.memoryTypes[i].propertyFlags & flags) == flags) return i;
+  }
+  return std::nullopt;
+}
+
+/// `staging`: host memory for transfers; else device-local memory, host-visible where all of it is.
+Allocation allocate(Device& device, std::uint64_t bytes, bool staging) {
+  Allocation a;
+  const VkBufferUsageFlags transfer = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  const VkBufferUsageFlags usage = staging ? transfer
+                                           : transfer | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
+                                                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
+  check(vkCreateBuffer(device.handle(), &info, nullptr, &a.buffer), "vkCreateBuffer");
+  VkMemoryRequirements needs;
+  vkGetBufferMemoryRequirements(device.handle(), a.buffer, &needs);
+  VkPhysicalDeviceMemoryProperties memory;
+  vkGetPhysicalDeviceMemoryProperties(device.physical(), &memory);
+  constexpr VkMemoryPropertyFlags kVisible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  const bool one_memory = device.report().type == "software" || device.report().type == "integrated";
+  std::optional<std::uint32_t> type;
+  if (staging || one_memory) type = find_type(memory, needs.memoryTypeBits, staging ? kVisible : kVisible | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+  a.visible = type.has_value();
+  if (!type) type = find_type(memory, needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+  if (!type) throw DeviceError("no memory type for buffers");
+  const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                        .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+  const VkMemoryAllocateInfo request{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                     .pNext = staging ? nullptr : &flags,
+                                     .allocationSize = needs.size,
+                                     .memoryTypeIndex = *type};
+  const VkResult result = vkAllocateMemory(device.handle(), &request, nullptr, &a.memory);
+  if (result != VK_SUCCESS) vkDestroyBuffer(device.handle(), a.buffer, nullptr);
+  check(result, "vkAllocateMemory");
+  check(vkBindBufferMemory(device.handle(), a.buffer, a.memory, 0), "vkBindBufferMemory");
+  return a;
+}
+
+void release(Device& device, VkBuffer buffer, VkDeviceMemory memory) {
+  vkDestroyBuffer(device.handle(), buffer, nullptr);
+  vkFreeMemory(device.handle(), memory, nullptr);
+}
+
+std::byte* map(Device& device, VkDeviceMemory memory) {
+  void* mapped = nullptr;
+  check(vkMapMemory(device.handle(), memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
+  return static_cast<std::byte*>(mapped);
+}
+
+/// Copies on the queue and waits.
+void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std::uint64_t to_at, std::uint64_t bytes) {
+  const VkCommandPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                          .queueFamilyIndex = device.queue_family()};
+  VkCommandPool pool;
+  check(vkCreateCommandPool(device.handle(), &pool_info, nullptr, &pool), "vkCreateCommandPool");
+  const VkCommandBufferAllocateInfo allocate_info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+                                                  .commandPool = pool,
+                                                  .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                                                  .commandBufferCount = 1};
+  VkCommandBuffer commands;
+  check(vkAllocateCommandBuffers(device.handle(), &allocate_info, &commands), "vkAllocateCommandBuffers");
+  const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+  check(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
+  const VkBufferCopy region{from_at, to_at, bytes};
+  vkCmdCopyBuffer(commands, from, to, 1, &region);
+  check(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
+  const VkSubmitInfo submit{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands};
+  check(vkQueueSubmit(device.queue(), 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
+  check(vkQueueWaitIdle(device.queue()), "vkQueueWaitIdle");
+  vkDestroyCommandPool(device.handle(), pool, nullptr);
+}
+
+}  // namespace
+
+volumes::Expected<DeviceBuffer> DeviceBuffer::make(Device& device, std::uint64_t bytes, const std::string& use) {
+  DeviceBuffer buffer;
+  buffer.bytes_ = std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);
+  if (buffer.bytes_ > device.limits().largest_allocation) {
+    return volumes::fail(volumes::ErrorCode::kUnsupported,
+                         fmt::format("{}: {} bytes exceed the device's maxMemoryAllocationSize of {}", use, bytes,
+                                     device.limits().largest_allocation));
+  }
+  const Allocation a = allocate(device, buffer.bytes_, false);
+  buffer.device_ = &device;
+  buffer.buffer_ = a.buffer;
+  buffer.memory_ = a.memory;
+  if (a.visible) buffer.mapped_ = map(device, a.memory);
+  const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = a.buffer};
+  buffer.address_ = vkGetBufferDeviceAddress(device.handle(), &info);
+  return buffer;
+}
+
+DeviceBuffer::~DeviceBuffer() {
+  if (device_ != nullptr) release(*device_, buffer_, memory_);
+}
+
+void DeviceBuffer::swap(DeviceBuffer& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(buffer_, other.buffer_);
+  std::swap(memory_, other.memory_);
+  std::swap(mapped_, other.mapped_);
+  std::swap(bytes_, other.bytes_);
+  std::swap(address_, other.address_);
+}
+
+void DeviceBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes) {
+  if (bytes.empty()) return;
+  if (mapped_ != nullptr) {
+    std::memcpy(mapped_ + offset, bytes.data(), bytes.size());
+    return;
+  }
+  const Allocation staging = allocate(*device_, std::min<std::uint64_t>(bytes.size(), kStagingBytes), true);
+  std::byte* window = map(*device_, staging.memory);
+  for (std::uint64_t at = 0; at < bytes.size(); at += kStagingBytes) {
+    const std::uint64_t part = std::min<std::uint64_t>(kStagingBytes, bytes.size() - at);
+    std::memcpy(window, bytes.data() + at, part);
+    copy(*device_, staging.buffer, 0, buffer_, offset + at, part);
+  }
+  release(*device_, staging.buffer, staging.memory);
+}
+
+void DeviceBuffer::read(std::uint64_t offset, std::span<std::byte> bytes) const {
+  if (bytes.empty()) return;
+  if (mapped_ != nullptr) {
+    std::memcpy(bytes.data(), mapped_ + offset, bytes.size());
+    return;
+  }
+  const Allocation staging = allocate(*device_, std::min<std::uint64_t>(bytes.size(), kStagingBytes), true);
+  const std::byte* window = map(*device_, staging.memory);
+  for (std::uint64_t at = 0; at < bytes.size(); at += kStagingBytes) {
+    const std::uint64_t part = std::min<std::uint64_t>(kStagingBytes, bytes.size() - at);
+    copy(*device_, buffer_, offset + at, staging.buffer, 0, part);
+    std::memcpy(bytes.data() + at, window, part);
+  }
+  release(*device_, staging.buffer, staging.memory);
+}
+
+}  // namespace cvr::gpu

@@ -1,0 +1,57 @@
+// Third pass: decodes the listed bricks into their regions.
+//   CVR_DECODE_SERIAL       one invocation a brick, by the codec's serial decoder or, where it has none, cell by cell
+//   CVR_DECODE_COOPERATIVE  one subgroup (= workgroup) a brick, each invocation every n-th cell; with CVR_WORDS_SHARED it copies what is read
+//                           over and over to shared memory first
+#include "shaders/caches/brick_state.glsl"
+
+layout(local_size_x = CVR_DECODE_WIDTH) in;
+
+void cvr_decode_cells(uvec3 brick, uint lod, Labels labels, uint first, uint stride) {
+  uint shift = CVR_BRICK_SHIFT - lod;
+  uvec3 cells = (cvr_extent() + ((1u << lod) - 1u)) >> lod;
+  for (uint n = first; n < 1u << (3u * shift); n += stride) {
+    uvec3 cell = (brick << shift) + uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
+    if (any(greaterThanEqual(cell, cells))) continue;
+    cvr_store(labels, n, cvr_decode_cell(cell, lod));
+  }
+}
+
+void main() {
+  Words32 state = Words32(cvr_frame.cache[1]);
+  uint count = CVR_CONTROL.w[CVR_CONTROL_DECODE];
+#ifdef CVR_DECODE_SERIAL
+  for (uint i = gl_GlobalInvocationID.x; i < count; i += gl_NumWorkGroups.x * CVR_DECODE_WIDTH) {
+    uint index = Words32(cvr_frame.cache[4]).w[i];
+    Labels labels = cvr_region(state.w[cvr_unit_address(index)]);
+    uint lod = state.w[cvr_level_address(index)];
+    CVR_COUNT(CVR_COUNT_BRICKS_DECODED, 1);
+    CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1u << (3u * (CVR_BRICK_SHIFT - lod)));
+#ifdef CVR_HAS_SERIAL
+    cvr_decode_brick(cvr_brick_at(index), lod, labels);
+#else
+    cvr_decode_cells(cvr_brick_at(index), lod, labels, 0u, 1u);
+#endif
+  }
+#else
+  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
+    uint index = Words32(cvr_frame.cache[4]).w[i];
+    uvec3 brick = cvr_brick_at(index);
+    uint lod = state.w[cvr_level_address(index)];
+    if (gl_LocalInvocationID.x == 0u) {
+      CVR_COUNT(CVR_COUNT_BRICKS_DECODED, 1);
+      CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1u << (3u * (CVR_BRICK_SHIFT - lod)));
+    }
+#ifdef CVR_WORDS_SHARED
+    barrier();
+    Global source = cvr_shared_source(brick);
+    uint words = cvr_shared_words(brick);
+    for (uint w = gl_LocalInvocationID.x; w < words; w += CVR_DECODE_WIDTH) cvr_shared[w] = cvr_read_global(source, w);
+    barrier();
+#endif
+    cvr_decode_cells(brick, lod, cvr_region(state.w[cvr_unit_address(index)]), gl_LocalInvocationID.x, CVR_DECODE_WIDTH);
+  }
+#endif
+#ifdef CVR_INSTRUMENTED
+  CVR_COUNT(CVR_COUNT_WORDS_TOUCHED, cvr_words_touched);
+#endif
+}

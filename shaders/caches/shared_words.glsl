@@ -1,0 +1,2 @@
+// The copy of a brick's words that a cooperative decoder reads; before the shared text, which reads it through cvr_read.
+shared uint cvr_shared[CVR_SHARED_WORDS];

@@ -1,0 +1,233 @@
+// The ray marcher (CSGV-R paper, section 4; gpu/IMAGE.md says what it draws): one invocation a pixel, primary and secondary ray by the
+// same loop. A brick without visible labels is stepped over as one cell; others cell by cell of the brick's level of detail.
+#include "shaders/render/ray.glsl"
+
+#ifndef CVR_SHADING
+#define CVR_SHADING 0
+#endif
+#define CVR_SHADING_LOCAL 0
+#define CVR_SHADING_SHADOW 1
+#define CVR_SHADING_AO 2
+
+#define CVR_OPAQUE 250u
+const float CVR_LEAST_TRANSMITTANCE = 1.0 / 256.0;
+
+layout(local_size_x = 64) in;
+
+layout(buffer_reference, std430, buffer_reference_align = 16) buffer Colours { vec4 c[]; };
+
+// What a ray has gathered.
+struct Light {
+  vec3 colour;
+  float transmittance;
+  uint hit;       // code of the first visible cell
+  bool any;       // there is one
+  bool surface;   // it ended on an opaque cell, of this material:
+  uint material;
+};
+
+vec3 cvr_albedo(uint rgba) { return vec3(rgba & 255u, rgba >> 8 & 255u, rgba >> 16 & 255u) / 255.0; }
+
+// Takes a visible cell's material where the label has changed; true if the ray ends.
+bool cvr_blend(uint code, uint rgba, inout Light light) {
+  if (!light.any) {
+    light.any = true;
+    light.hit = code;
+  }
+  if (cvr_opacity(rgba) >= CVR_OPAQUE) {
+    light.surface = true;
+    light.material = rgba;
+    return true;
+  }
+  float alpha = float(cvr_opacity(rgba)) / 255.0;
+  light.colour += light.transmittance * alpha * cvr_albedo(rgba);
+  light.transmittance *= 1.0 - alpha;
+  return light.transmittance < CVR_LEAST_TRANSMITTANCE;
+}
+
+ivec3 cvr_axis_mask(int axis) { return ivec3(axis == 0, axis == 1, axis == 2); }
+
+// Walks until the ray ends, leaves the volume or reaches `reach`. `t` and `axis` are those of the last crossing.
+void cvr_march(Ray ray, ivec3 voxel, int64_t reach, inout int64_t t, inout int axis, inout Light light) {
+  ivec3 extent = ivec3(cvr_extent());
+  uint last = 0u;
+  bool fresh = true;  // no label before this cell
+  while (true) {
+    uvec3 brick = uvec3(voxel) >> CVR_BRICK_SHIFT;
+    uint index = cvr_brick_index(brick);
+    uint lod = Words32(cvr_frame.bricks).w[index];
+    bool empty = lod == CVR_EMPTY_BRICK;
+    if (empty) {
+      lod = CVR_BRICK_SHIFT;
+      fresh = true;
+    } else {
+      CVR_COUNT(CVR_COUNT_BRICKS_ENTERED, 1);
+      cvr_enter_brick(brick, index, lod);
+    }
+    ivec3 cell = voxel >> lod;
+    i64vec3 next = cvr_times(ray, (cell + max(ray.sense, ivec3(0))) << lod);
+    i64vec3 stride = ray.spacing << lod;
+    int brick_shift = int(CVR_BRICK_SHIFT - lod);
+    ivec3 mask;
+    do {
+      if (!empty) {
+        bool invisible = false;
+        CVR_COUNT(CVR_COUNT_CELLS_READ, 1);
+        uint code = cvr_access(uvec3(cell), lod, brick, invisible);
+        if (invisible) {
+          fresh = true;
+        } else if (fresh || code != last) {
+          last = code;
+          fresh = false;
+          uint rgba = cvr_material(code);
+          if (cvr_opacity(rgba) != 0u && cvr_blend(code, rgba, light)) return;
+        }
+      }
+      axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
+      mask = cvr_axis_mask(axis);
+      t = axis == 0 ? next.x : axis == 1 ? next.y : next.z;
+      next += stride * i64vec3(mask);
+      cell += ray.sense * mask;
+    } while (((cell >> brick_shift) - ivec3(brick)) * mask == ivec3(0));
+    if (t > reach) return;
+    // The finest voxel: on the crossed axis beside its plane, on the others by the planes crossed until now.
+    ivec3 first = (cell + ivec3(lessThan(ray.sense, ivec3(0)))) << lod;
+    ivec3 entered = first - ivec3(lessThan(ray.sense, ivec3(0)));
+    ivec3 inside = lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, t, axis), voxel);
+    voxel = inside * (1 - mask) + entered * mask;
+    if (any(lessThan(voxel, ivec3(0))) || any(greaterThanEqual(voxel, extent))) return;
+  }
+}
+
+#if CVR_SHADING != CVR_SHADING_LOCAL
+// The hit point, off the face that the ray came in by on the ray's side.
+i64vec3 cvr_surface_point(Ray ray, int64_t t, int axis, i64vec3 origin) {
+  ivec3 k = cvr_crossed(ray, t, axis);
+  i64vec3 since = i64vec3(t) - ray.t0 - i64vec3(k) * ray.spacing;
+  vec3 part = clamp(vec3(since) * ray.frequency, vec3(0.0), vec3(0.99999));
+  i64vec3 point = cvr_planes_at(ray.p0 + ray.sense * k) + i64vec3(ray.sense) * i64vec3(part * exp2(float(CVR_ONE_VOXEL)));
+  ivec3 mask = cvr_axis_mask(axis);
+  point = point * i64vec3(1 - mask) + (cvr_planes_at(ray.p0 + ray.sense * k) - i64vec3(ray.sense)) * i64vec3(mask);
+  return i64vec3(ray.sense.x == 0 ? origin.x : point.x, ray.sense.y == 0 ? origin.y : point.y,
+                 ray.sense.z == 0 ? origin.z : point.z);
+}
+#endif
+
+#if CVR_SHADING == CVR_SHADING_AO
+uvec3 cvr_pcg3d(uvec3 v) {
+  v = v * 1664525u + 1013904223u;
+  v.x += v.y * v.z;
+  v.y += v.z * v.x;
+  v.z += v.x * v.y;
+  v ^= v >> 16u;
+  v.x += v.y * v.z;
+  v.y += v.z * v.x;
+  v.z += v.x * v.y;
+  return v;
+}
+
+// A cosine-distributed direction about the face normal, in voxel space with its largest component 2^30; `reach` in units of t.
+i64vec3 cvr_ambient_direction(uvec2 pixel, uint number, int axis, int side, out int64_t reach) {
+  uvec3 random = cvr_pcg3d(uvec3(pixel, number));
+  float u1 = float(random.x >> 8) * exp2(-24.0);
+  float phi = 6.283185307179586 * float(random.y >> 8) * exp2(-24.0);
+  float a = sqrt(u1) * cos(phi);
+  float b = sqrt(u1) * sin(phi);
+  float n = sqrt(1.0 - u1) * float(side);
+  vec3 world = axis == 0 ? vec3(n, a, b) : axis == 1 ? vec3(b, n, a) : vec3(a, b, n);
+  vec3 d = world * vec3(cvr_frame.inverse_scale[0], cvr_frame.inverse_scale[1], cvr_frame.inverse_scale[2]);
+  float largest = max(max(abs(d.x), abs(d.y)), abs(d.z));
+  reach = int64_t(largest * cvr_frame.ao_distance * 65536.0) << 24;
+  return i64vec3(d / largest * 1073741824.0);
+}
+#endif
+
+// Index of a pixel's position in its 8x8 tile by Morton order, so that a subgroup covers a square.
+uvec2 cvr_pixel_in_tile(uint i) {
+  return uvec2((i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u), (i >> 1 & 1u) | (i >> 2 & 2u) | (i >> 3 & 4u));
+}
+
+void main() {
+  uint tiles_x = (cvr_frame.width + 7u) / 8u;
+  uint tile = gl_WorkGroupID.x;
+  if (((tile * 0x9e3779b1u >> 8) & cvr_frame.focus_mask) != cvr_frame.focus_value) return;
+  uvec2 pixel = uvec2(tile % tiles_x, tile / tiles_x) * 8u + cvr_pixel_in_tile(gl_LocalInvocationID.x);
+  if (pixel.x >= cvr_frame.width || pixel.y >= cvr_frame.height) return;
+  uint at = pixel.x + cvr_frame.width * pixel.y;
+  vec4 sum = cvr_frame.restart != 0u ? vec4(0.0) : Colours(cvr_frame.colours).c[at];
+  if (uint(sum.w) >= cvr_frame.samples) return;
+
+  i64vec3 origin = i64vec3(cvr_frame.eye[0], cvr_frame.eye[1], cvr_frame.eye[2]);
+  int64_t x = int64_t(2u * pixel.x + 1u) - int64_t(cvr_frame.width);
+  int64_t y = int64_t(2u * pixel.y + 1u) - int64_t(cvr_frame.height);
+  i64vec3 direction = i64vec3(cvr_frame.towards[0], cvr_frame.towards[1], cvr_frame.towards[2]) +
+                      x * i64vec3(cvr_frame.right[0], cvr_frame.right[1], cvr_frame.right[2]) +
+                      y * i64vec3(cvr_frame.down[0], cvr_frame.down[1], cvr_frame.down[2]);
+  direction = (direction + 32768) >> 16;
+
+  vec3 background = vec3(cvr_frame.background[0], cvr_frame.background[1], cvr_frame.background[2]);
+  vec3 toward_light = vec3(cvr_frame.light_world[0], cvr_frame.light_world[1], cvr_frame.light_world[2]);
+  int64_t reach = CVR_NEVER;
+  Light primary = Light(vec3(0.0), 1.0, 0u, false, false, 0u);
+  vec3 albedo = vec3(0.0);  // of the surface, with what the primary ray's transmittance leaves of it
+  float cosine = 0.0;
+  float seen = 1.0;  // transmittance of the secondary ray
+  for (int number = 0; number < 2; ++number) {
+    Light light = Light(vec3(0.0), 1.0, 0u, false, false, 0u);
+    Ray ray;
+    ivec3 voxel;
+    int64_t t;
+    int axis;
+    CVR_COUNT(CVR_COUNT_RAYS, 1);
+    bool inside = cvr_ray(origin, direction, ray, voxel, t, axis);
+    if (inside) cvr_march(ray, voxel, reach, t, axis, light);
+    if (number == 1) {
+      seen = light.surface || light.transmittance < CVR_LEAST_TRANSMITTANCE ? 0.0 : light.transmittance;
+      break;
+    }
+    primary = light;
+    if (!light.surface) break;
+    bool has_face = axis >= 0;
+    if (!has_face) {
+      i64vec3 length = abs(direction);
+      axis = length.x >= length.y ? (length.x >= length.z ? 0 : 2) : (length.y >= length.z ? 1 : 2);
+    }
+    int side = -(axis == 0 ? ray.sense.x : axis == 1 ? ray.sense.y : ray.sense.z);
+    cosine = max(0.0, float(side) * (axis == 0 ? toward_light.x : axis == 1 ? toward_light.y : toward_light.z));
+    albedo = light.transmittance * cvr_albedo(light.material);
+#if CVR_SHADING == CVR_SHADING_LOCAL
+    break;
+#else
+    if (!has_face) break;
+    i64vec3 point = cvr_surface_point(ray, t, axis, origin);
+#if CVR_SHADING == CVR_SHADING_SHADOW
+    if (cosine <= 0.0) break;
+    direction = i64vec3(cvr_frame.light[0], cvr_frame.light[1], cvr_frame.light[2]);
+#else
+    direction = cvr_ambient_direction(pixel, uint(sum.w), axis, side, reach);
+#endif
+    origin = point;
+#endif
+  }
+  vec3 colour = primary.colour;
+  if (primary.surface) {
+#if CVR_SHADING == CVR_SHADING_SHADOW
+    cosine *= seen;
+    seen = 1.0;
+#endif
+    colour += albedo * (cvr_frame.ambient + (1.0 - cvr_frame.ambient) * cosine) * seen;
+  } else if (primary.transmittance >= CVR_LEAST_TRANSMITTANCE) {
+    colour += primary.transmittance * background;
+  }
+
+  Words64(cvr_frame.labels).w[at] = primary.any ? uint64_t(primary.hit) : ~uint64_t(0);
+  if (cvr_complete) {
+    Colours(cvr_frame.colours).c[at] = (sum.w == 0.0 ? vec4(0.0) : sum) + vec4(colour, 1.0);
+  } else {
+    atomicAdd(Words32(cvr_frame.status).w[CVR_STATUS_INCOMPLETE], 1u);
+    if (sum.w == 0.0) Colours(cvr_frame.colours).c[at] = vec4(colour, 0.0);
+  }
+#ifdef CVR_INSTRUMENTED
+  CVR_COUNT(CVR_COUNT_WORDS_TOUCHED, cvr_words_touched);
+#endif
+}
