@@ -21,6 +21,7 @@ struct Camera {
   Vector3 target{0, 0, 0};
   Vector3 up{0, 1, 0};
   double vertical_fov_degrees = 45;  ///< above 0, below 180
+  bool operator==(const Camera&) const = default;
 };
 
 /// A camera on its way: key frames, passed through at equal steps by Catmull-Rom splines of eye, target, up and field of view.
@@ -54,6 +55,7 @@ struct MaterialRule {
   std::uint64_t modulus = 1, remainder = 0;    ///< only labels with label % modulus == remainder
   double opacity = 1;                          ///< 0 invisible .. 1
   std::optional<std::array<std::uint8_t, 3>> colour;  ///< none: a bright colour derived from the label
+  bool operator==(const MaterialRule&) const = default;
 };
 
 struct Scene {
