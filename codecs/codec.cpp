@@ -18,6 +18,10 @@ std::string_view name_of(ByteClass byte_class) {
   return kNames[static_cast<std::size_t>(byte_class)];
 }
 
+Expected<GpuEncoding> Decoder::gpu_encoding(std::uint32_t, unsigned) const {
+  return fail(ErrorCode::kUnsupported, "this codec has no decoder for the GPU");
+}
+
 Extent level_extent(const Extent& finest, unsigned lod) { return volumes::ceil_div(finest, std::uint64_t{1} << lod); }
 
 VolumeInfo level_info(const VolumeInfo& finest, unsigned lod) {

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "codecs/gpu_encoding.hpp"
 #include "codecs/parameters.hpp"
 #include "volumes/error.hpp"
 #include "volumes/source.hpp"
@@ -49,6 +50,7 @@ struct Traits {
   Granularity access;
   bool levels_of_detail;         ///< decodes coarser levels without the finer ones
   bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
+  bool gpu_decodable = false;    ///< decoders of label volumes have a gpu_encoding()
 };
 
 /// What the bytes of an encoded file are for.
@@ -129,6 +131,10 @@ class Decoder {
   virtual Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const = 0;
   virtual const VoxelAccess* voxel_access() const { return nullptr; }
   virtual const BrickAccess* brick_access() const { return nullptr; }
+  /// What a GPU needs to decode this stream in bricks of `brick` voxels a side; 0: the codec's own edge, or 32 where it has none.
+  /// Buffers may view the payload or the decoder. Errors: kUnsupported (no decoder text), kBadArgument (a codec with bricks serves
+  /// no other edge; the others serve powers of two, 2..64), kMalformed (bytes that the texts could not be trusted with).
+  virtual Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const;
 };
 
 class Codec {

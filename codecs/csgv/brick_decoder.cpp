@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv/brick_gpu.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs::csgv {
@@ -28,6 +29,9 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
   Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const override;
   Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const override;
   Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override;
+  Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
+    return csgv::gpu_encoding(layout_, remap_, *format_, brick, threads);
+  }
 
  private:
   BrickError decode_to(const Coordinate& brick, unsigned lod, std::byte* out, std::uint64_t row, std::uint64_t plane,
@@ -208,7 +212,8 @@ Traits brick_traits(std::string_view id, std::string_view family, std::string_vi
           .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64},
           .access = access,
           .levels_of_detail = true,
-          .stored_compressed = false};
+          .stored_compressed = false,
+          .gpu_decodable = true};
 }
 
 }  // namespace cvr::codecs::csgv

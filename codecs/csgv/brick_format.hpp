@@ -74,6 +74,9 @@ class BrickFormat {
   virtual BrickError at(const BrickLayout&, std::span<const Coordinate>, unsigned /*level*/, std::span<std::uint64_t>) const {
     return "no voxel access";
   }
+
+  /// Names the decoder text and adds its constants, and buffers after start table and bricks.
+  virtual void describe_to_gpu(GpuEncoding& encoding) const = 0;
 };
 
 /// The layout that the formats share: L level starts, then the palette size.

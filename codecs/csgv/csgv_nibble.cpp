@@ -32,6 +32,11 @@ class NibbleFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
+  void describe_to_gpu(GpuEncoding& encoding) const override {
+    encoding.decoder = "csgv";
+    encoding.constants = {{"CVR_CSGV_RANS", 0u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
+  }
+
  private:
   bool delta_;
 };

@@ -106,6 +106,17 @@ class RansFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
+  void describe_to_gpu(GpuEncoding& encoding) const override {
+    encoding.decoder = "csgv";
+    encoding.constants = {{"CVR_CSGV_RANS", 1u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
+    auto slots = std::make_shared<Buffer>();
+    for (const RansTable& table : tables_) {
+      const std::vector<std::uint32_t> words = table.packed_slots();
+      slots->append(words.data(), words.size() * sizeof words[0]);
+    }
+    encoding.buffers.push_back({"tables", slots->bytes(), slots});
+  }
+
  private:
   bool delta_;
   unsigned sampling_;

@@ -95,6 +95,10 @@ class CsgvrFormat final : public BrickFormat {
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override;
+  void describe_to_gpu(GpuEncoding& encoding) const override {
+    encoding.decoder = "csgvr";
+    encoding.constants = {{"CVR_CSGVR_STOP_BITS", stop_bits_ ? 1u : 0u}};
+  }
 
  private:
   CsgvrBrick open(std::span<const std::uint32_t> words, unsigned levels) const {

@@ -38,6 +38,8 @@ class CsgvrNibbleFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
+  void describe_to_gpu(GpuEncoding& encoding) const override { encoding.decoder = "csgvr_nibble"; }
+
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override {

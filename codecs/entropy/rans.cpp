@@ -41,6 +41,16 @@ bool RansTable::from_frequencies(const std::array<std::uint16_t, kRansSymbols>& 
   return true;
 }
 
+std::vector<std::uint32_t> RansTable::packed_slots() const {
+  std::vector<std::uint32_t> slots(kRansProbabilitySum);
+  for (std::uint32_t slot = 0; slot < kRansProbabilitySum; ++slot) {
+    const std::uint8_t symbol = symbol_of_slot_[slot];
+    const Step& step = steps_[symbol];
+    slots[slot] = symbol | (step.frequency - 1) << 4 | (slot - step.start) << 18;
+  }
+  return slots;
+}
+
 void RansTable::build() {
   symbol_of_slot_.resize(kRansProbabilitySum);
   std::uint32_t start = 0;

@@ -29,6 +29,10 @@ class RansTable {
 
   const std::array<std::uint16_t, kRansSymbols>& frequencies() const { return frequencies_; }
 
+  /// One word a slot, as shaders/shared/csgv_serial.glsl reads them: bits 0..3 the symbol, 4..17 its frequency - 1, 18..31 the
+  /// slot's place among those of the symbol.
+  std::vector<std::uint32_t> packed_slots() const;
+
   /// Appends the stream of `symbols` to `out`, nothing for no symbols. Every symbol must have a frequency.
   void encode(std::span<const std::uint8_t> symbols, std::vector<std::uint8_t>& out) const;
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "codecs/raw/raw_gpu.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs {
@@ -48,6 +49,10 @@ class RawDecoder final : public Decoder, public VoxelAccess {
     return {};
   }
 
+  Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
+    return raw::gpu_encoding(info_, voxels_, brick == 0 ? 32 : brick, threads);
+  }
+
  private:
   VolumeInfo info_;
   const std::byte* voxels_;
@@ -64,7 +69,8 @@ class RawCodec final : public Codec {
                                 .types = {volumes::kVoxelTypes.begin(), volumes::kVoxelTypes.end()},
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = false,
-                                .stored_compressed = false};
+                                .stored_compressed = false,
+                                .gpu_decodable = true};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override { return {}; }

@@ -19,6 +19,7 @@
 #define CVR_OP_NEIGHBOUR_Z 3u
 #define CVR_OP_ADVANCE 4u
 #define CVR_OP_LAST 5u
+#define CVR_OP_DELTA 6u  // csgv alone
 
 struct CsgvrBrick {
   uint levels;

@@ -13,6 +13,29 @@ namespace cvr::shaders {
 
 #include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
+#include "shaders/shared/label_codes.glsl"
 #include "shaders/shared/neuroglancer.glsl"
+
+// The serial decoder, once for each source of symbols.
+namespace serial_nibble {
+#define CVR_SERIAL_NIBBLE
+#include "shaders/shared/csgv_serial.glsl"
+#undef CVR_SERIAL_NIBBLE
+}  // namespace serial_nibble
+namespace serial_rans {
+#define CVR_SERIAL_RANS
+#include "shaders/shared/csgv_serial.glsl"
+#undef CVR_SERIAL_RANS
+}  // namespace serial_rans
+namespace serial_csgvr_nibble {
+#define CVR_SERIAL_CSGVR_NIBBLE
+#include "shaders/shared/csgv_serial.glsl"
+#undef CVR_SERIAL_CSGVR_NIBBLE
+}  // namespace serial_csgvr_nibble
+namespace serial_wavelet {
+#define CVR_SERIAL_WAVELET
+#include "shaders/shared/csgv_serial.glsl"
+#undef CVR_SERIAL_WAVELET
+}  // namespace serial_wavelet
 
 }  // namespace cvr::shaders

@@ -1,0 +1,101 @@
+#include "codecs/label_codes.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "volumes/parallel.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+constexpr std::size_t kPiece = std::size_t{1} << 18;     // voxels that a worker takes at a time
+constexpr std::size_t kThinAbove = std::size_t{1} << 20;  // labels that are kept before the list is thinned
+
+constexpr std::size_t place(std::uint64_t label) { return (label * 0x9e3779b97f4a7c15u) >> 52; }
+
+void sort_and_thin(std::vector<std::uint64_t>& labels) {
+  std::ranges::sort(labels);
+  const auto rest = std::ranges::unique(labels);
+  labels.erase(rest.begin(), rest.end());
+}
+
+}  // namespace
+
+void DistinctLabels::Worker::note(std::uint64_t label) {
+  if (cache.empty()) {
+    // No place may begin with a label that belongs there: 0 belongs to place 0 alone, 1 does not.
+    static_assert(place(0) == 0 && place(1) != 0);
+    cache.assign(kCached, 0);
+    cache[0] = 1;
+  }
+  std::uint64_t& cached = cache[place(label)];
+  if (cached == label) return;
+  cached = label;
+  labels.push_back(label);
+  if (labels.size() >= 2 * std::max(thinned, kThinAbove)) thin();
+}
+
+void DistinctLabels::Worker::thin() {
+  sort_and_thin(labels);
+  thinned = labels.size();
+}
+
+template <class T>
+void DistinctLabels::add(unsigned worker, std::span<const T> labels) {
+  if (labels.empty()) return;
+  Worker& own = workers_[worker];
+  T last = labels[0];
+  own.note(last);
+  for (const T label : labels) {
+    if (label == last) continue;
+    last = label;
+    own.note(label);
+  }
+}
+
+void DistinctLabels::add(volumes::VoxelType type, std::span<const std::byte> voxels) {
+  volumes::with_label_type(type, [&]<class T>() {
+    const std::size_t count = voxels.size() / sizeof(T);
+    const std::size_t pieces = (count + kPiece - 1) / kPiece;
+    volumes::parallel_for(static_cast<unsigned>(workers_.size()), pieces, [&](unsigned worker, std::uint64_t i) {
+      const std::size_t first = i * kPiece;
+      const std::size_t n = std::min(kPiece, count - first);
+      add<T>(worker, {reinterpret_cast<const T*>(voxels.data()) + first, n});
+    });
+  });
+}
+
+std::vector<std::uint64_t> DistinctLabels::take() {
+  std::vector<std::uint64_t> all;
+  for (Worker& worker : workers_) {
+    worker.thin();
+    all.insert(all.end(), worker.labels.begin(), worker.labels.end());
+    worker = {};
+  }
+  sort_and_thin(all);
+  return all;
+}
+
+template void DistinctLabels::add(unsigned, std::span<const std::uint8_t>);
+template void DistinctLabels::add(unsigned, std::span<const std::uint16_t>);
+template void DistinctLabels::add(unsigned, std::span<const std::uint32_t>);
+template void DistinctLabels::add(unsigned, std::span<const std::uint64_t>);
+
+void assign_codes(const std::vector<std::uint64_t>& labels, GpuEncoding& encoding) {
+  const bool wide = !labels.empty() && labels.back() > UINT32_MAX;
+  encoding.constants.emplace_back("CVR_REMAP_SIZE", wide ? static_cast<std::uint32_t>(labels.size()) : 0u);
+  encoding.codes.resize(labels.size());
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    encoding.codes[i] = static_cast<std::uint32_t>(wide ? i : labels[i]);
+  }
+  if (!wide) return;
+  auto remap = std::make_shared<volumes::Buffer>();
+  remap->append(labels.data(), labels.size() * sizeof labels[0]);
+  encoding.remap = {reinterpret_cast<const std::uint64_t*>(remap->data()), labels.size()};
+  encoding.buffers.push_back({"remap", remap->bytes(), remap});
+}
+
+bool is_brick_edge(std::uint32_t edge) { return std::has_single_bit(edge) && edge >= 2 && edge <= 64; }
+
+}  // namespace cvr::codecs

@@ -1,0 +1,26 @@
+// `csgvr` and `csgvr-sb`: single nodes through the wavelet matrix, whole bricks in one sweep.
+//
+// Constant: CVR_CSGVR_STOP_BITS 0 or 1. Buffers: see bricks.glsl.
+#include "shaders/decode/bricks.glsl"
+
+CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
+  uint level = uint(CVR_BRICK_SHIFT) - lod;
+  uvec3 brick = cell >> level;
+  uvec3 node = cell & ((1u << level) - 1u);
+  CsgvrBrick opened =
+      cvr_csgvr_open(cvr_brick_words(brick), cvr_brick_word_count(brick), uint(CVR_LEVELS), bool(CVR_CSGVR_STOP_BITS));
+  uint index;
+  uint hops = 0u;
+  if (!cvr_csgvr_palette_index(cvr_brick_words(brick), opened, cvr_morton_encode(node.x, node.y, node.z), level, index, hops)) {
+    index = 0u;
+  }
+  CVR_COUNT_HOPS(hops);
+  return cvr_csgvr_label(cvr_brick_global(brick), opened, index);
+}
+
+#ifndef CVR_WITHOUT_SERIAL
+#define CVR_SERIAL_WAVELET
+#define CVR_SERIAL_STOP_BITS CVR_CSGVR_STOP_BITS
+#define CVR_SERIAL_DELTA 0
+#include "shaders/decode/serial.glsl"
+#endif

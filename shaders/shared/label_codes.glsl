@@ -1,0 +1,19 @@
+// From labels of 64 bits to codes of 32: where the labels of a volume do not fit in 32 bits, a code is the label's place in the
+// ascending list of all labels. The list has two words a label, low first, and at most 2^31 labels.
+#ifndef CVR_LABEL_CODES_GLSL
+#define CVR_LABEL_CODES_GLSL
+
+// The place of a label that is in the list; for others the place of the next smaller one, or 0.
+CVR_FUNC uint cvr_code_of(Global list, uint size, uint64_t label) {
+  uint first = 0u;
+  for (uint count = size; count > 1u;) {
+    uint below = count >> 1;
+    uint at = 2u * (first + below);
+    uint64_t found = uint64_t(cvr_read_global(list, at)) | (uint64_t(cvr_read_global(list, at + 1u)) << 32);
+    if (found <= label) first += below;
+    count -= below;
+  }
+  return first;
+}
+
+#endif

@@ -1,0 +1,173 @@
+// What the decoder texts compute from the buffers of a GpuEncoding equals what the decoder gives, for all volumes of the zoo.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "codecs/container.hpp"
+#include "codecs/registry.hpp"
+#include "shaders/shared/shared.hpp"
+#include "tests/zoo/decode_texts.hpp"
+#include "tests/zoo/zoo.hpp"
+
+namespace cvr {
+namespace {
+
+using codecs::Codec;
+using codecs::Decoder;
+using codecs::GpuEncoding;
+using codecs::Parameters;
+using volumes::Coordinate;
+using volumes::Extent;
+using volumes::Volume;
+
+/// Cells of a level that are asked for one by one, at most; the corners are always among them.
+constexpr std::uint64_t kCells = 3000;
+
+/// A stream of a codec, opened, and all that its levels should be.
+struct Opened {
+  Opened(const Codec& codec, const Parameters& parameters, const Volume& original) : volume(original) {
+    auto encoded = codecs::encode(codec, volumes::MemorySource(original), parameters, 1);
+    if (!encoded) throw std::runtime_error(encoded.error().message);
+    bytes = std::move(encoded->bytes);
+    const auto file = codecs::open_file(bytes.bytes());
+    if (!file) throw std::runtime_error(file.error().message);
+    decoder = std::move(*codecs::open_decoder(*file));
+  }
+  /// A level as the decoder gives it, or by the pyramid's definition where the stream has fewer levels.
+  Volume level(unsigned lod) const {
+    if (lod >= decoder->levels()) return zoo::label_pyramid(volume, lod);
+    volumes::VolumeSink sink(codecs::level_info(volume.info(), lod));
+    const auto ok = decoder->decode(lod, 1, sink);
+    if (!ok) throw std::runtime_error(ok.error().message);
+    return sink.take();
+  }
+  const Volume& volume;
+  volumes::Buffer bytes;
+  std::unique_ptr<Decoder> decoder;
+};
+
+void expect_cells(const zoo::DecodeText& text, const Volume& truth, unsigned lod) {
+  const Extent& e = truth.extent();
+  const std::uint64_t stride = std::max<std::uint64_t>(1, e.voxels() / kCells);
+  std::uint64_t wrong = 0;
+  for (std::uint64_t i = 0; i < e.voxels(); i = i + stride < e.voxels() || i + 1 == e.voxels() ? i + stride : e.voxels() - 1) {
+    const Coordinate c{i % e.x, i / e.x % e.y, i / e.x / e.y};
+    if (text.label(text.cell(c, lod)) != truth.label(c)) ++wrong;
+  }
+  EXPECT_EQ(wrong, 0u) << "cells of level " << lod;
+}
+
+void expect_bricks(const zoo::DecodeText& text, const Volume& truth, unsigned lod, std::uint32_t brick) {
+  const std::uint32_t side = brick >> lod;
+  const Extent& grid = text.grid();
+  for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
+    const Coordinate at{i % grid.x, i / grid.x % grid.y, i / grid.x / grid.y};
+    const std::vector<std::uint32_t> codes = text.brick(at, lod);
+    std::uint64_t wrong = 0;
+    for (std::uint32_t n = 0; n < codes.size(); ++n) {
+      const Coordinate c{at.x * side + shaders::cvr_morton_gather(n), at.y * side + shaders::cvr_morton_gather(n >> 1),
+                         at.z * side + shaders::cvr_morton_gather(n >> 2)};
+      if (truth.extent().contains(c) && text.label(codes[n]) != truth.label(c)) ++wrong;
+    }
+    EXPECT_EQ(wrong, 0u) << "nodes of brick " << i << " at level " << lod;
+  }
+}
+
+/// Roots, and which bricks hold a label: for each brick every label of the volume that it holds, and one that it does not.
+void expect_visibility(const zoo::DecodeText& text, const GpuEncoding& encoding, const Volume& finest) {
+  const Extent& grid = text.grid();
+  for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
+    const Coordinate at{i % grid.x, i / grid.x % grid.y, i / grid.x / grid.y};
+    std::set<std::uint64_t> held;
+    const std::uint32_t b = encoding.brick;
+    for (std::uint64_t z = at.z * b; z < std::min(finest.extent().z, (at.z + 1) * b); ++z) {
+      for (std::uint64_t y = at.y * b; y < std::min(finest.extent().y, (at.y + 1) * b); ++y) {
+        for (std::uint64_t x = at.x * b; x < std::min(finest.extent().x, (at.x + 1) * b); ++x) held.insert(finest.label({x, y, z}));
+      }
+    }
+    std::size_t asked = 0;
+    for (const std::uint32_t code : encoding.codes) {
+      if (++asked > 20) break;
+      const bool shown = text.visible(at, [&](std::uint32_t c) { return c == code; });
+      EXPECT_EQ(shown, held.contains(text.label(code))) << "brick " << i << ", code " << code;
+    }
+    EXPECT_TRUE(text.visible(at, [&](std::uint32_t c) { return text.label(c) == *held.rbegin(); })) << "brick " << i;
+    EXPECT_TRUE(held.contains(text.label(text.root(at)))) << "brick " << i;
+  }
+}
+
+void expect_codes(const zoo::DecodeText& text, const GpuEncoding& encoding, const Volume& finest) {
+  std::set<std::uint64_t> labels;
+  for (std::uint64_t i = 0; i < finest.extent().voxels(); ++i) {
+    labels.insert(finest.label({i % finest.extent().x, i / finest.extent().x % finest.extent().y,
+                                i / finest.extent().x / finest.extent().y}));
+  }
+  std::vector<std::uint64_t> coded;
+  for (const std::uint32_t code : encoding.codes) coded.push_back(text.label(code));
+  EXPECT_TRUE(std::ranges::equal(coded, labels));
+}
+
+void expect_all(const Codec& codec, const Parameters& parameters, const Volume& volume, std::uint32_t brick) {
+  const Opened opened(codec, parameters, volume);
+  const auto encoding = opened.decoder->gpu_encoding(brick, 2);
+  ASSERT_TRUE(encoding) << encoding.error().message;
+  EXPECT_EQ(1u << (encoding->levels - 1), encoding->brick);
+  EXPECT_LE(encoding->buffers.size(), 6u);
+  EXPECT_TRUE(encoding->voxel_access || encoding->serial);
+  const zoo::DecodeText text(*encoding, volume.info());
+  expect_codes(text, *encoding, volume);
+  expect_visibility(text, *encoding, volume);
+  for (unsigned lod = 0; lod < encoding->levels; ++lod) {
+    const Volume truth = opened.level(lod);
+    if (encoding->voxel_access) expect_cells(text, truth, lod);
+    if (encoding->serial) expect_bricks(text, truth, lod, encoding->brick);
+  }
+}
+
+bool has_bricks(const Codec& codec) {
+  return std::ranges::any_of(codec.parameters(), [](const auto& spec) { return spec.name == "brick"; });
+}
+
+struct Case {
+  const Codec* codec;
+  Parameters parameters;
+  std::uint32_t brick;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  for (const Codec* codec : codecs::all_codecs()) {
+    if (!codec->traits().gpu_decodable) continue;
+    for (const Parameters& parameters : zoo::parameter_corners(*codec)) {
+      if (has_bricks(*codec)) {
+        all.push_back({codec, parameters, 0});
+      } else {
+        for (const std::uint32_t brick : {0u, 16u, 64u}) all.push_back({codec, parameters, brick});
+      }
+    }
+  }
+  return all;
+}
+
+class EveryGpuEncoding : public testing::TestWithParam<Case> {};
+
+TEST_P(EveryGpuEncoding, EqualsTheDecoderOnTheZoo) {
+  const auto& [codec, parameters, brick] = GetParam();
+  unsigned done = 0;
+  for (const zoo::Specimen& specimen : zoo::specimens()) {
+    if (specimen.info.kind != volumes::VolumeKind::kLabels || !zoo::accepts(*codec, specimen.info)) continue;
+    SCOPED_TRACE(specimen.name);
+    expect_all(*codec, parameters, specimen.volume(), brick);
+    ++done;
+    if (HasFailure()) break;
+  }
+  EXPECT_GT(done, 10u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Codecs, EveryGpuEncoding, testing::ValuesIn(cases()), [](const auto& p) {
+  return zoo::test_name(*p.param.codec, p.param.parameters) + "_edge_" + std::to_string(p.param.brick);
+});
+
+}  // namespace
+}  // namespace cvr
