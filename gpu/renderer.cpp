@@ -42,7 +42,9 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 /// Everything before the access mode: definitions, the frame, the shared text and the codec's decoder.
 KernelSource decoder_source(const codecs::GpuEncoding& encoding) {
   KernelSource source;
-  for (const auto& [name, value] : encoding.constants) source.definitions.emplace_back(name, fmt::format("{}u", value));
+  for (const auto& [name, value] : encoding.constants) source.definitions.emplace_back(name, std::to_string(value));
+  for (const char* text : {"portable", "morton", "bit_vector", "csgvr", "csgvr_nibble", "neuroglancer", "label_codes"})
+    source.texts.push_back(fmt::format("shaders/shared/{}.glsl", text));
   source.texts.push_back(fmt::format("shaders/decode/{}.glsl", encoding.decoder));
   return source;
 }
@@ -50,9 +52,7 @@ KernelSource decoder_source(const codecs::GpuEncoding& encoding) {
 KernelSource frame_source(const std::string& name, const codecs::GpuEncoding& encoding, bool hashed, bool instrumented) {
   KernelSource source{.name = name};
   source.definitions = {{"CVR_BRICK_SHIFT", fmt::format("{}u", encoding.levels - 1)},
-                        {"CVR_LEVELS", fmt::format("{}u", encoding.levels)},
-                        {"CVR_BUFFER(i)", "Global(cvr_frame.encoding[i])"},
-                        {"CVR_BUFFER_AT(i, w)", "Global(cvr_frame.encoding[i] + 4UL * uint64_t(w))"}};
+                        {"CVR_LEVELS", fmt::format("{}u", encoding.levels)}};
   if (hashed) source.definitions.emplace_back("CVR_MATERIALS_HASHED", "1");
   if (instrumented) source.definitions.emplace_back("CVR_INSTRUMENTED", "1");
   source.texts = {"shaders/render/frame.glsl"};

@@ -11,8 +11,7 @@ void cvr_decode_cells(uvec3 brick, uint lod, Labels labels, uint first, uint str
   uvec3 cells = (cvr_extent() + ((1u << lod) - 1u)) >> lod;
   for (uint n = first; n < 1u << (3u * shift); n += stride) {
     uvec3 cell = (brick << shift) + uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
-    if (any(greaterThanEqual(cell, cells))) continue;
-    cvr_store(labels, n, cvr_decode_cell(cell, lod));
+    if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(cell, lod));
   }
 }
 

@@ -20,9 +20,13 @@ uint cvr_words_touched = 0u;
 #endif
 #define CVR_COUNT_HOPS(n) CVR_COUNT(CVR_COUNT_CHAIN_HOPS, n)
 
+// The codec's buffers, for its decoder text.
+#define CVR_BUFFER(i) Global(cvr_frame.encoding[i])
+#define CVR_BUFFER_AT(i, word) Global(cvr_frame.encoding[i] + 4UL * uint64_t(word))
+
 uvec3 cvr_extent() { return uvec3(cvr_frame.extent[0], cvr_frame.extent[1], cvr_frame.extent[2]); }
 uvec3 cvr_grid() { return uvec3(cvr_frame.grid[0], cvr_frame.grid[1], cvr_frame.grid[2]); }
-uint cvr_brick_index(uvec3 brick) {
+uint cvr_brick_number(uvec3 brick) {
   return brick.x + cvr_frame.grid[0] * (brick.y + cvr_frame.grid[1] * brick.z);
 }
 uvec3 cvr_brick_at(uint index) {

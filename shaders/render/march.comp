@@ -54,7 +54,7 @@ void cvr_march(Ray ray, ivec3 voxel, int64_t reach, inout int64_t t, inout int a
   bool fresh = true;  // no label before this cell
   while (true) {
     uvec3 brick = uvec3(voxel) >> CVR_BRICK_SHIFT;
-    uint index = cvr_brick_index(brick);
+    uint index = cvr_brick_number(brick);
     uint lod = Words32(cvr_frame.bricks).w[index];
     bool empty = lod == CVR_EMPTY_BRICK;
     if (empty) {

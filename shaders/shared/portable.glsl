@@ -21,6 +21,7 @@
 #define CVR_FUNC inline
 #define CVR_OUT(T) T&
 #define CVR_INOUT(T) T&
+#define CVR_TOUCH_WORD()
 
 using uint = std::uint32_t;
 using std::uint64_t;
@@ -45,6 +46,10 @@ CVR_FUNC uint cvr_popcount(uint64_t bits) { return static_cast<uint>(std::popcou
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Global { uint w[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Labels { uint w[]; };
 
+#ifndef CVR_TOUCH_WORD
+#define CVR_TOUCH_WORD()  // counts words read from device memory
+#endif
+
 #ifdef CVR_WORDS_SHARED
 struct Words {
   uint base;
@@ -59,9 +64,15 @@ CVR_FUNC uint cvr_popcount(uint64_t bits) { return uint(bitCount(uint(bits)) + b
 #endif
 
 #ifndef CVR_WORDS_SHARED
-CVR_FUNC uint cvr_read(Words words, uint i) { return words.w[i]; }
+CVR_FUNC uint cvr_read(Words words, uint i) {
+  CVR_TOUCH_WORD();
+  return words.w[i];
+}
 #endif
-CVR_FUNC uint cvr_read_global(Global words, uint i) { return words.w[i]; }
+CVR_FUNC uint cvr_read_global(Global words, uint i) {
+  CVR_TOUCH_WORD();
+  return words.w[i];
+}
 CVR_FUNC uint cvr_load(Labels labels, uint i) { return labels.w[i]; }
 CVR_FUNC void cvr_store(Labels labels, uint i, uint value) { labels.w[i] = value; }
 
