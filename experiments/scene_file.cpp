@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kFarthest = 1e6;         ///< coordinate in scene space
-constexpr std::uint64_t kMaxSide = 32768; ///< pixels
-constexpr double kLeastSine = 1e-6;       ///< of the angle between view and up
+constexpr double kFarthest = 1e6;          ///< coordinate in scene space
+constexpr std::uint64_t kMaxSide = 32768;  ///< pixels
+constexpr double kLeastSine = 1e-6;        ///< of the angle between view and up
 
 gpu::Vector3 read_vector(const YamlValue& value) {
   const auto axes = value.list("three numbers [x, y, z]");
@@ -76,7 +76,8 @@ void read_labels(const YamlValue& value, gpu::MaterialRule& rule) {
     rule.first = ends[0].integer(0, UINT64_MAX);
     rule.last = ends[1].integer(rule.first, UINT64_MAX);
   } else if (value.text("all, a label, or [FIRST, LAST]") != "all") {
-    if (value.text().empty() || !std::ranges::all_of(value.text(), [](char c) { return c >= '0' && c <= '9'; }))
+    if (value.text().empty() ||
+        !std::ranges::all_of(value.text(), [](char c) { return c >= '0' && c <= '9'; }))
       value.expected("all, a label, or [FIRST, LAST]");
     rule.first = rule.last = value.integer(0, UINT64_MAX);
   }
@@ -90,7 +91,8 @@ gpu::MaterialRule read_material(const YamlValue& value) {
                 {"opacity", [&](const YamlValue& v) { rule.opacity = v.number(0, 1); }},
                 {"colour", [&](const YamlValue& v) { rule.colour = read_colour(v); }}});
   if (rule.remainder >= rule.modulus) {
-    value.reject(fmt::format("expected a remainder below the modulus {}, found {}", rule.modulus, rule.remainder));
+    value.reject(
+        fmt::format("expected a remainder below the modulus {}, found {}", rule.modulus, rule.remainder));
   }
   return rule;
 }
@@ -140,7 +142,8 @@ gpu::Scene load_scene(const std::string& path) {
          for (const YamlValue& one : v.list("cameras")) keys.push_back(read_key(one));
        },
        true},
-      {"frames", [&](const YamlValue& v) { scene.frames = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
+      {"frames",
+       [&](const YamlValue& v) { scene.frames = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
       {"size", [&](const YamlValue& v) { read_size(v, scene); }},
       {"materials",
        [&](const YamlValue& v) {
@@ -152,7 +155,8 @@ gpu::Scene load_scene(const std::string& path) {
       {"ambient", [&](const YamlValue& v) { scene.ambient = v.number(0, 1); }},
       {"ao_distance", [&](const YamlValue& v) { scene.ao_distance = v.number(1e-6, kFarthest); }},
       {"lod_bias", [&](const YamlValue& v) { scene.lod_bias = v.number(-32, 32); }},
-      {"accumulate", [&](const YamlValue& v) { scene.accumulate = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
+      {"accumulate",
+       [&](const YamlValue& v) { scene.accumulate = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
       {"background", [&](const YamlValue& v) { scene.background = read_colour(v); }},
   });
   scene.path = gpu::CameraPath(std::move(keys));
@@ -173,8 +177,8 @@ std::string find_scene(const std::string& name_or_path) {
   }
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()), names.end());
-  throw InputError(fmt::format("{}: expected a scene file or one of the scenes {}, found none{}", name_or_path,
-                               fmt::join(names, ", "), did_you_mean(name_or_path, names)));
+  throw InputError(fmt::format("{}: expected a scene file or one of the scenes {}, found none{}",
+                               name_or_path, fmt::join(names, ", "), did_you_mean(name_or_path, names)));
 }
 
 }  // namespace cvr::experiments

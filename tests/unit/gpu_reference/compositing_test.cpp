@@ -54,7 +54,8 @@ TEST(Compositing, BlendsFrontToBack) {
 TEST(Compositing, OneVisitBlendsOnce) {
   const double once = kHalf + (1 - kHalf) * 0.2, twice = 1 - (1 - kHalf) * (1 - kHalf) * 0.8;
   EXPECT_NEAR(see_row({1, 1, 1, 1}, coloured_scene()).colour[0], once, 1e-6);
-  EXPECT_NEAR(see_row(std::vector<unsigned>(40, 1), coloured_scene()).colour[0], once, 1e-6) << "also across bricks";
+  EXPECT_NEAR(see_row(std::vector<unsigned>(40, 1), coloured_scene()).colour[0], once, 1e-6)
+      << "also across bricks";
   EXPECT_NEAR(see_row({1, 0, 1}, coloured_scene()).colour[0], twice, 1e-6) << "an invisible label in between";
   std::vector<unsigned> apart(48, 0);
   apart.front() = apart.back() = 1;
@@ -68,7 +69,8 @@ TEST(Compositing, EndsWhenNothingGetsThrough) {
   // Opacity 230 / 255: T = 0.098, 0.0096, 0.00094 < 1 / 256. After the third visit the ray ends and the blue is not seen.
   const double t = 25 / 255.0;
   expect_colour(see_row({4, 0, 4, 3}, coloured_scene()), 0, 0, t * t);
-  expect_colour(see_row({4, 0, 4, 0, 4, 3}, coloured_scene()), 0.2 * t * t * t, 0.4 * t * t * t, 0.6 * t * t * t);
+  expect_colour(see_row({4, 0, 4, 0, 4, 3}, coloured_scene()), 0.2 * t * t * t, 0.4 * t * t * t,
+                0.6 * t * t * t);
 }
 
 TEST(Compositing, SurfacesBeginAtOpacity250) {
@@ -82,7 +84,8 @@ TEST(Compositing, SurfacesBeginAtOpacity250) {
 }
 
 TEST(Shading, LambertOnEachFace) {
-  const auto volume = make_volume({3, 3, 3}, [](auto x, auto y, auto z) { return x == 1 && y == 1 && z == 1; });
+  const auto volume =
+      make_volume({3, 3, 3}, [](auto x, auto y, auto z) { return x == 1 && y == 1 && z == 1; });
   const ReferenceRenderer renderer(volume, 16, 1);
   Scene scene = plain_scene();
   scene.light = {0.2, -0.6, 1.4};
@@ -106,7 +109,8 @@ TEST(Shading, RayThatBeginsInAnOpaqueCell) {
   Scene scene = plain_scene();
   scene.light = {0, -1, 0};
   scene.ambient = 0.2;
-  const Camera camera = look(volume.info(), {2.3, 2.3, 2.3}, {2.5, 2.9, 2.5}, {0, 0, 1});  // |d| is largest along y
+  const Camera camera =
+      look(volume.info(), {2.3, 2.3, 2.3}, {2.5, 2.9, 2.5}, {0, 0, 1});  // |d| is largest along y
   for (const Shading shading : kShadings) {
     scene.shading = shading;
     EXPECT_NEAR(renderer.render(scene, camera).colour[0], 1, 1e-6) << "lit, and no secondary ray is cast";
@@ -179,14 +183,16 @@ TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
 }
 
 TEST(Shading, FramesAreTheMeanOfSingleFrames) {
-  const auto volume = make_volume({24, 20, 22}, [](auto x, auto y, auto z) { return (x * 7 + y * 5 + z * 3) % 11 < 3; });
+  const auto volume =
+      make_volume({24, 20, 22}, [](auto x, auto y, auto z) { return (x * 7 + y * 5 + z * 3) % 11 < 3; });
   const ReferenceRenderer renderer(volume, 16, 2);
   Scene scene = plain_scene();
   scene.shading = Shading::kAo;
   scene.width = 24;
   scene.height = 16;
   const Camera camera{{0.8, 0.7, 1.2}, {0, 0, 0}, {0, 1, 0}, 45};
-  const Image both = renderer.render(scene, camera, 3, 2), third = renderer.render(scene, camera, 3), fourth = renderer.render(scene, camera, 4);
+  const Image both = renderer.render(scene, camera, 3, 2), third = renderer.render(scene, camera, 3),
+              fourth = renderer.render(scene, camera, 4);
   EXPECT_FALSE(compare(third, fourth).identical());
   for (std::size_t i = 0; i < both.colour.size(); ++i)
     ASSERT_NEAR(both.colour[i], (third.colour[i] + fourth.colour[i]) / 2, 1e-6);
@@ -205,7 +211,9 @@ TEST(Shading, AnisotropicVoxelsKeepWorldAngles) {
   const ReferenceRenderer renderer(volume, 16, 1);
   const auto floor_at_voxel = [&](double x) {
     const double size = world_size(volume.info());
-    const auto place = [&](double y, double z) { return Vector3{(x - 20) * 2 / size, (y - 6) / size, (z - 20) / size}; };
+    const auto place = [&](double y, double z) {
+      return Vector3{(x - 20) * 2 / size, (y - 6) / size, (z - 20) / size};
+    };
     return renderer.render(scene, {place(5, 60.5), place(1, 20.5), {0, 1, 0}, 1e-3}).colour[0];
   };
   const double lit = 0.25 + 0.75 * std::sqrt(0.5);  // the shadow: 8 + 4.5 .. 16 + 5

@@ -126,9 +126,12 @@ TEST_F(ImageFiles, ErrorsNameTheFile) {
     return "no error";
   };
   EXPECT_THAT(message([&] { write_png(path, 1, 1, {1, 2, 3}); }), testing::StartsWith(path + ": expected"));
-  EXPECT_THAT(message([&] { write_png((folder_ / "b.png").string(), 2, 1, {1, 2, 3}); }),
+  EXPECT_THAT(message([&] {
+                write_png((folder_ / "b.png").string(), 2, 1, {1, 2, 3});
+              }),
               testing::HasSubstr("expected 6 bytes for a picture of 2x1, found 3"));
-  EXPECT_THAT(message([&] { write_label_image(path, grey(1, 1, 0)); }), testing::StartsWith(path + ": expected"));
+  EXPECT_THAT(message([&] { write_label_image(path, grey(1, 1, 0)); }),
+              testing::StartsWith(path + ": expected"));
 }
 
 TEST_F(ImageFiles, LabelsAreLittleEndianWords) {

@@ -19,10 +19,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 volumes::Volume numbered() {
   return make_volume({4, 4, 4}, [](auto x, auto y, auto z) { return 1 + x + 4 * (y + 4 * z); });
 }
-constexpr std::uint64_t number(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return 1 + x + 4 * (y + 4 * z); }
+constexpr std::uint64_t number(std::uint64_t x, std::uint64_t y, std::uint64_t z) {
+  return 1 + x + 4 * (y + 4 * z);
+}
 
 TEST(Rays, OneVoxelFromSixSides) {
-  const auto volume = make_volume({9, 7, 5}, [](auto x, auto y, auto z) { return x == 4 && y == 3 && z == 2 ? 5 : 0; });
+  const auto volume =
+      make_volume({9, 7, 5}, [](auto x, auto y, auto z) { return x == 4 && y == 3 && z == 2 ? 5 : 0; });
   const ReferenceRenderer renderer(volume, 16, 1);
   const Vector3 middle{4.5, 3.5, 2.5};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -80,7 +83,8 @@ TEST(Rays, StartingOnFacesEdgesCornersAndInside) {
 
 TEST(Rays, CrossingsAtTheSameTimeGoXThenYThenZ) {
   // The diagonal through all corners: what lies beside it in the wrong order must not be seen.
-  const auto seen = [](std::uint64_t x, std::uint64_t y, std::uint64_t z, const Vector3& from, const Vector3& direction) {
+  const auto seen = [](std::uint64_t x, std::uint64_t y, std::uint64_t z, const Vector3& from,
+                       const Vector3& direction) {
     const auto volume =
         make_volume({4, 4, 4}, [&](auto i, auto j, auto k) { return i == x && j == y && k == z ? 9 : 0; });
     return hit(ReferenceRenderer(volume, 16, 1), from, direction) == 9;
@@ -117,7 +121,8 @@ TEST(Rays, FromAMillionVoxelsAway) {
   const auto volume = numbered();
   const ReferenceRenderer renderer(volume, 16, 1);
   EXPECT_EQ(hit(renderer, {-1e6, 2.5, 1.5}, {1, 0, 0}), number(0, 2, 1));
-  EXPECT_EQ(hit(renderer, {1e6, 1e6 - 1, 1e6 - 2}, {-1, -1, -1}), number(3, 3, 2)) << "at (4, 3, 2), by x first";
+  EXPECT_EQ(hit(renderer, {1e6, 1e6 - 1, 1e6 - 2}, {-1, -1, -1}), number(3, 3, 2))
+      << "at (4, 3, 2), by x first";
   EXPECT_EQ(hit(renderer, {1e6, 1e6 - 0.75, 1e6 - 1.75}, {-1, -1, -1}), number(3, 3, 2));
   const Vector3 aim{0, 2.25, 3.75}, from{-1e6, 7e5, -4e5};
   EXPECT_EQ(hit(renderer, from, {aim[0] - from[0], aim[1] - from[1], aim[2] - from[2]}), number(0, 2, 3));
@@ -149,15 +154,19 @@ TEST(Rays, LongVolumes) {
 
 TEST(Rays, LabelsOfEveryWidth) {
   const std::uint64_t label = 0xFEDCBA9876543210u;
-  for (const auto type : {volumes::VoxelType::kU8, volumes::VoxelType::kU16, volumes::VoxelType::kU32, volumes::VoxelType::kU64}) {
-    const auto volume = make_volume({3, 3, 3}, [&](auto x, auto, auto) { return x == 1 ? label : 0; }, type);
+  for (const auto type : {volumes::VoxelType::kU8, volumes::VoxelType::kU16, volumes::VoxelType::kU32,
+                          volumes::VoxelType::kU64}) {
+    const auto volume = make_volume(
+        {3, 3, 3}, [&](auto x, auto, auto) { return x == 1 ? label : 0; }, type);
     const unsigned bits = 8 * static_cast<unsigned>(volumes::size_of(type));
-    EXPECT_EQ(hit(ReferenceRenderer(volume, 16, 1), {-1, 1.5, 1.5}, {1, 0, 0}), bits == 64 ? label : label & ((1ull << bits) - 1));
+    EXPECT_EQ(hit(ReferenceRenderer(volume, 16, 1), {-1, 1.5, 1.5}, {1, 0, 0}),
+              bits == 64 ? label : label & ((1ull << bits) - 1));
   }
 }
 
 /// The first visible cell by testing every cell of every brick against the ray, cut to the volume.
-std::uint64_t first_by_brute_force(const LabelBricks& bricks, const View& view, const ReferenceRenderer::Ray& ray) {
+std::uint64_t first_by_brute_force(const LabelBricks& bricks, const View& view,
+                                   const ReferenceRenderer::Ray& ray) {
   const volumes::Extent &grid = bricks.grid(), &extent = bricks.info().extent;
   double best = kInfinity;
   std::uint64_t label = kNoLabel;
@@ -165,7 +174,8 @@ std::uint64_t first_by_brute_force(const LabelBricks& bricks, const View& view, 
     const unsigned level = view.level_of(brick);
     if (level == kInvisibleBrick) continue;
     const std::uint64_t edge = 1u << level, b = bricks.brick();
-    const volumes::Coordinate low{brick % grid.x * b, brick / grid.x % grid.y * b, brick / (grid.x * grid.y) * b};
+    const volumes::Coordinate low{brick % grid.x * b, brick / grid.x % grid.y * b,
+                                  brick / (grid.x * grid.y) * b};
     for (std::uint64_t z = low.z; z < std::min(low.z + b, extent.z); z += edge) {
       for (std::uint64_t y = low.y; y < std::min(low.y + b, extent.y); y += edge) {
         for (std::uint64_t x = low.x; x < std::min(low.x + b, extent.x); x += edge) {
@@ -176,7 +186,8 @@ std::uint64_t first_by_brute_force(const LabelBricks& bricks, const View& view, 
                            double(std::min(z + edge, extent.z))};
           double enter = 0, leave = kInfinity;
           for (std::size_t a = 0; a < 3; ++a) {
-            const double t0 = (from[a] - ray.origin[a]) / ray.direction[a], t1 = (to[a] - ray.origin[a]) / ray.direction[a];
+            const double t0 = (from[a] - ray.origin[a]) / ray.direction[a],
+                         t1 = (to[a] - ray.origin[a]) / ray.direction[a];
             enter = std::max(enter, std::min(t0, t1));
             leave = std::min(leave, std::max(t0, t1));
           }
@@ -214,7 +225,8 @@ TEST(Rays, AgreeWithBruteForceOnRandomVolumesAtMixedLevels) {
           if (view.level_of(brick) != kInvisibleBrick) ++levels_seen[view.level_of(brick)];
         for (int i = 0; i < 300; ++i) {
           const auto point = [&](double margin) {
-            return Vector3{(unit() * (1 + 2 * margin) - margin) * extent.x, (unit() * (1 + 2 * margin) - margin) * extent.y,
+            return Vector3{(unit() * (1 + 2 * margin) - margin) * extent.x,
+                           (unit() * (1 + 2 * margin) - margin) * extent.y,
                            (unit() * (1 + 2 * margin) - margin) * extent.z};
           };
           const Vector3 from = point(i % 2 == 0 ? 1 : 0), to = point(0.1);
@@ -236,7 +248,8 @@ TEST(Rays, AgreeWithBruteForceOnRandomVolumesAtMixedLevels) {
 }
 
 TEST(Rays, VisitConnectedCellsInOrderOfTime) {
-  const auto volume = make_volume({50, 40, 45}, [](auto x, auto y, auto z) { return 1 + (x / 3 + y / 5 + z / 4) % 7; });
+  const auto volume =
+      make_volume({50, 40, 45}, [](auto x, auto y, auto z) { return 1 + (x / 3 + y / 5 + z / 4) % 7; });
   const LabelBricks bricks(volume, 16, 1);
   Scene scene = plain_scene();
   scene.height = 40;
@@ -248,7 +261,8 @@ TEST(Rays, VisitConnectedCellsInOrderOfTime) {
     const Vector3 direction{unit() - 0.5, unit() - 0.5, unit() - 0.5};
     double before = 0;
     int steps = 0;
-    for (Walk walk(view, {{unit() * 50, unit() * 40, unit() * 45}, direction}); !walk.at_end(); walk.next(), ++steps) {
+    for (Walk walk(view, {{unit() * 50, unit() * 40, unit() * 45}, direction}); !walk.at_end();
+         walk.next(), ++steps) {
       ASSERT_GE(walk.t(), before);
       before = walk.t();
     }

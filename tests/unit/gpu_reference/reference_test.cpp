@@ -65,7 +65,8 @@ TEST(Reference, LevelsReachBeyondVolumesThatEndInABrick) {
   scene.height = 100;
   scene.lod_bias = 0;
   // In the world the eye is at (8.5 - 17, 8, 8); the centres lie at x = 8 and 24: distances 16.5 and 32.5, plus 16.
-  const double fov = 2 * std::atan(0.5 * 100 * 4.0 / 40) * 180 / std::numbers::pi;  // footprint 4 at distance 40
+  const double fov =
+      2 * std::atan(0.5 * 100 * 4.0 / 40) * 180 / std::numbers::pi;  // footprint 4 at distance 40
   const View view(bricks, scene, {{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, fov}, 1);
   EXPECT_EQ(view.level_of(0), 1u);  // 32.5 of 40
   EXPECT_EQ(view.level_of(1), 2u);  // 48.5 of 40
@@ -91,11 +92,14 @@ TEST(Reference, CoarseLevelsShowThePyramid) {
 }
 
 TEST(Reference, NearTiesAreNearAndTies) {
-  const auto volume = make_volume({8, 8, 8}, [](auto x, auto, auto z) { return z == 7 ? (x < 4 ? 1 : 2) : 3; });
+  const auto volume =
+      make_volume({8, 8, 8}, [](auto x, auto, auto z) { return z == 7 ? (x < 4 ? 1 : 2) : 3; });
   const ReferenceRenderer renderer(volume, 16, 1);
   const Scene scene = plain_scene();
   const auto at = [&](double x, double y) { return look(volume.info(), {x, y, 30}, {x, y, 8}, {0, 1, 0}); };
-  const auto tie = [&](double x, double y, std::uint64_t other) { return renderer.is_near_tie(scene, at(x, y), 0, 0, other); };
+  const auto tie = [&](double x, double y, std::uint64_t other) {
+    return renderer.is_near_tie(scene, at(x, y), 0, 0, other);
+  };
   EXPECT_TRUE(tie(4 - 5e-5, 4.5, 2));
   EXPECT_TRUE(tie(4 + 5e-5, 4.5, 1));
   EXPECT_TRUE(tie(4 - 1e-7, 4.5, 2));
@@ -129,7 +133,9 @@ TEST(Reference, ChecksLabelImages) {
 
 TEST(Reference, CountsTheWorkOfAPicture) {
   // Three bricks in a row: the first without a visible label, the others with one at their ends.
-  const auto volume = make_volume({48, 16, 16}, [](auto x, auto, auto) { return x == 31 ? 1 : x == 47 ? 2 : 0; });
+  const auto volume = make_volume({48, 16, 16}, [](auto x, auto, auto) {
+    return x == 31 ? 1 : x == 47 ? 2 : 0;
+  });
   const ReferenceRenderer renderer(volume, 16, 1);
   Scene scene = plain_scene();
   const Camera camera = look(volume.info(), {-5, 8.5, 8.5}, {0, 8.5, 8.5}, {0, 1, 0});
@@ -150,7 +156,8 @@ TEST(Reference, CountsTheWorkOfAPicture) {
   EXPECT_EQ(needed.distinct_cells, 32u);
 
   scene.width = scene.height = 1;
-  scene.lod_bias = 40;  // at the coarsest level a brick is one cell, and its label that of its majority: nothing
+  scene.lod_bias =
+      40;  // at the coarsest level a brick is one cell, and its label that of its majority: nothing
   renderer.render(scene, camera, needed);
   EXPECT_EQ(needed.visits, 2u);
   EXPECT_EQ(needed.distinct_cells, 2u);
@@ -172,7 +179,8 @@ TEST(Reference, SecondaryRaysCountAsWork) {
 }
 
 TEST(Reference, ThreadsAndBricksOfInvisibleLabelsChangeNothing) {
-  const auto volume = make_volume({70, 50, 60}, [](auto x, auto y, auto z) { return (x / 9 + y / 7 * 3 + z / 8 * 5) % 13; });
+  const auto volume =
+      make_volume({70, 50, 60}, [](auto x, auto y, auto z) { return (x / 9 + y / 7 * 3 + z / 8 * 5) % 13; });
   Scene scene = plain_scene();
   scene.materials = {{.first = 3, .last = 4}, {.first = 7, .last = 7, .opacity = 0.3}};
   scene.width = 96;

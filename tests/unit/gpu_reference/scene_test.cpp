@@ -22,7 +22,8 @@ using testing::StartsWith;
 
 TEST(CameraPaths, PassThroughTheirKeysAtEqualSteps) {
   std::vector<Camera> keys;
-  for (const double x : {0.0, 1.0, 5.0, 2.0, -3.0}) keys.push_back({{x, x * x, 2}, {0, x, 0}, {0, 1, 0}, 30 + x});
+  for (const double x : {0.0, 1.0, 5.0, 2.0, -3.0})
+    keys.push_back({{x, x * x, 2}, {0, x, 0}, {0, 1, 0}, 30 + x});
   const CameraPath path(keys);
   for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_EQ(path.at(static_cast<double>(i) / 4), keys[i]);
   EXPECT_EQ(path.at(-1), keys.front());
@@ -31,7 +32,8 @@ TEST(CameraPaths, PassThroughTheirKeysAtEqualSteps) {
   EXPECT_NEAR(path.at(0.375).eye[0], (-0.0 + 9 * 1 + 9 * 5 - 2) / 16, 1e-12);
   EXPECT_NEAR(path.at(0.375).vertical_fov_degrees, 30 + 52.0 / 16, 1e-12);
   // No jump and no kink at a key.
-  const double before = path.at(0.5).eye[0] - path.at(0.5 - 1e-6).eye[0], after = path.at(0.5 + 1e-6).eye[0] - path.at(0.5).eye[0];
+  const double before = path.at(0.5).eye[0] - path.at(0.5 - 1e-6).eye[0],
+               after = path.at(0.5 + 1e-6).eye[0] - path.at(0.5).eye[0];
   EXPECT_NEAR(before, after, 1e-9);
 }
 
@@ -56,9 +58,10 @@ TEST(CameraPaths, KeepTheFieldOfViewLegal) {
 
 TEST(Materials, TheFirstRuleThatFitsCounts) {
   Scene scene;
-  scene.materials = {{.first = 5, .last = 5, .opacity = 0},
-                     {.first = 3, .last = 9, .modulus = 2, .remainder = 1, .opacity = 0.5, .colour = {{1, 2, 3}}},
-                     {.first = 8, .last = UINT64_MAX, .colour = {{4, 5, 6}}}};
+  scene.materials = {
+      {.first = 5, .last = 5, .opacity = 0},
+      {.first = 3, .last = 9, .modulus = 2, .remainder = 1, .opacity = 0.5, .colour = {{1, 2, 3}}},
+      {.first = 8, .last = UINT64_MAX, .colour = {{4, 5, 6}}}};
   EXPECT_EQ(scene.material(5).a, 0);
   EXPECT_EQ(scene.material(3), (Rgba{1, 2, 3, 128}));
   EXPECT_EQ(scene.material(9), (Rgba{1, 2, 3, 128}));
@@ -80,7 +83,9 @@ TEST(Materials, DerivedColoursAreBrightAndDistinct) {
     EXPECT_GE(most - least, 0.44 * most);
     EXPECT_LE(most - least, 0.86 * most);
     colours.insert({c.r, c.g, c.b});
-    const unsigned middle = c.r == most ? (c.g >= c.b ? 0 : 5) : c.g == most ? (c.b >= c.r ? 2 : 1) : (c.r >= c.g ? 4 : 3);
+    const unsigned middle = c.r == most   ? (c.g >= c.b ? 0 : 5)
+                            : c.g == most ? (c.b >= c.r ? 2 : 1)
+                                          : (c.r >= c.g ? 4 : 3);
     ++sectors[middle];
   }
   EXPECT_GT(colours.size(), 990u);
@@ -160,9 +165,8 @@ background: [1, 2, 3]
   EXPECT_EQ(scene.frames, 10u);
   EXPECT_EQ(scene.width, 320u);
   EXPECT_EQ(scene.height, 200u);
-  const std::vector<MaterialRule> materials{{.first = 7, .last = 7, .opacity = 0},
-                                            {2, 9, 3, 1, 0.25, {{10, 20, 30}}},
-                                            {}};
+  const std::vector<MaterialRule> materials{
+      {.first = 7, .last = 7, .opacity = 0}, {2, 9, 3, 1, 0.25, {{10, 20, 30}}}, {}};
   EXPECT_EQ(scene.materials, materials);
   EXPECT_EQ(scene.shading, Shading::kShadow);
   EXPECT_EQ(scene.light, (Vector3{0, 2, 0}));
@@ -174,47 +178,65 @@ background: [1, 2, 3]
 }
 
 TEST_F(SceneFiles, MistakesHaveAPlaceAndAHint) {
-  EXPECT_THAT(error(kRest + kKeys + "shadnig: ao\n"), AllOf(StartsWith("s.yaml:4:1: expected one of the keys"),
-                                                           HasSubstr("found 'shadnig' (did you mean 'shading'?)")));
-  EXPECT_THAT(error(kRest + kKeys + "shading: shadw\n"),
-              AllOf(StartsWith("s.yaml:4:10: expected local, shadow or ao"), HasSubstr("did you mean 'shadow'")));
+  EXPECT_THAT(error(kRest + kKeys + "shadnig: ao\n"),
+              AllOf(StartsWith("s.yaml:4:1: expected one of the keys"),
+                    HasSubstr("found 'shadnig' (did you mean 'shading'?)")));
+  EXPECT_THAT(
+      error(kRest + kKeys + "shading: shadw\n"),
+      AllOf(StartsWith("s.yaml:4:10: expected local, shadow or ao"), HasSubstr("did you mean 'shadow'")));
   EXPECT_THAT(error(kRest), HasSubstr("expected the key 'keys', found none"));
-  EXPECT_THAT(error(kRest + "keys: []\n"), StartsWith("s.yaml:3:7: expected a list of cameras, found an empty list"));
-  EXPECT_THAT(error("title: T\nmaterials: []\n" + kKeys), StartsWith("s.yaml:2:12: expected a list of materials"));
+  EXPECT_THAT(error(kRest + "keys: []\n"),
+              StartsWith("s.yaml:3:7: expected a list of cameras, found an empty list"));
+  EXPECT_THAT(error("title: T\nmaterials: []\n" + kKeys),
+              StartsWith("s.yaml:2:12: expected a list of materials"));
   EXPECT_THAT(error(kRest + kKeys + kKeys), HasSubstr("s.yaml:4:1: expected each key once"));
-  EXPECT_THAT(error(kRest + "keys: [{target: [0, 0, 0]}]\n"), HasSubstr("s.yaml:3:8: expected the key 'eye'"));
+  EXPECT_THAT(error(kRest + "keys: [{target: [0, 0, 0]}]\n"),
+              HasSubstr("s.yaml:3:8: expected the key 'eye'"));
   EXPECT_THAT(error(kRest + kKeys + "size: [10]\n"), HasSubstr("s.yaml:4:7: expected two sides"));
   EXPECT_THAT(error(kRest + kKeys + "size: [0, 10]\n"), HasSubstr("s.yaml:4:8: expected an integer in 1.."));
-  EXPECT_THAT(error(kRest + kKeys + "background: [1, 2, 256]\n"), HasSubstr("s.yaml:4:20: expected an integer in 0..255"));
+  EXPECT_THAT(error(kRest + kKeys + "background: [1, 2, 256]\n"),
+              HasSubstr("s.yaml:4:20: expected an integer in 0..255"));
   EXPECT_THAT(error(kRest + kKeys + "ao_distance: 0\n"), HasSubstr("s.yaml:4:14: expected a number"));
-  EXPECT_THAT(error(kRest + kKeys + "light: [0, 0, 0]\n"), HasSubstr("s.yaml:4:8: expected a vector other than"));
+  EXPECT_THAT(error(kRest + kKeys + "light: [0, 0, 0]\n"),
+              HasSubstr("s.yaml:4:8: expected a vector other than"));
 }
 
 TEST_F(SceneFiles, NumbersThatAreNoneAreRefused) {
   for (const std::string bad : {"nan", ".nan", "inf", "-inf", ".inf", "1e999", "two", "''"}) {
-    EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, " + bad + "]}]\n"), StartsWith("s.yaml:3:21: expected a number")) << bad;
-    EXPECT_THAT(error(kRest + kKeys + "ambient: " + bad + "\n"), StartsWith("s.yaml:4:10: expected a number")) << bad;
+    EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, " + bad + "]}]\n"),
+                StartsWith("s.yaml:3:21: expected a number"))
+        << bad;
+    EXPECT_THAT(error(kRest + kKeys + "ambient: " + bad + "\n"), StartsWith("s.yaml:4:10: expected a number"))
+        << bad;
   }
 }
 
 TEST_F(SceneFiles, CamerasThatSeeNothingAreRefused) {
-  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 0]}]\n"), StartsWith("s.yaml:3:8: expected an eye away from its target"));
-  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2], up: [0, 0, 0]}]\n"), StartsWith("s.yaml:3:29: expected a vector other"));
-  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2], up: [0, 0, -3]}]\n"), StartsWith("s.yaml:3:8: expected an up that is not"));
-  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2], fov: 180}]\n"), StartsWith("s.yaml:3:30: expected a number"));
+  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 0]}]\n"),
+              StartsWith("s.yaml:3:8: expected an eye away from its target"));
+  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2], up: [0, 0, 0]}]\n"),
+              StartsWith("s.yaml:3:29: expected a vector other"));
+  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2], up: [0, 0, -3]}]\n"),
+              StartsWith("s.yaml:3:8: expected an up that is not"));
+  EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2], fov: 180}]\n"),
+              StartsWith("s.yaml:3:30: expected a number"));
   EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, 2]}, {eye: [0, 0, -2]}]\nframes: 3\n"),
               HasSubstr("frame 1 of the path: expected an eye away from its target"));
 }
 
 TEST_F(SceneFiles, LabelsOfRules) {
-  const auto rule = [&](const std::string& text) { return error("title: T\n" + kKeys + "materials: [{" + text + "}]\n"); };
+  const auto rule = [&](const std::string& text) {
+    return error("title: T\n" + kKeys + "materials: [{" + text + "}]\n");
+  };
   EXPECT_EQ(rule("labels: 18446744073709551615"), "no error");
-  EXPECT_THAT(rule("labels: every"), StartsWith("s.yaml:3:22: expected all, a label, or [FIRST, LAST], found 'every'"));
+  EXPECT_THAT(rule("labels: every"),
+              StartsWith("s.yaml:3:22: expected all, a label, or [FIRST, LAST], found 'every'"));
   EXPECT_THAT(rule("labels: -1"), StartsWith("s.yaml:3:22: expected all, a label"));
   EXPECT_THAT(rule("labels: [4, 3]"), HasSubstr("expected an integer in 4.."));
   EXPECT_THAT(rule("labels: [4, 5, 6]"), StartsWith("s.yaml:3:22: expected [FIRST, LAST]"));
   EXPECT_THAT(rule("modulus: 0"), HasSubstr("expected an integer in 1.."));
-  EXPECT_THAT(rule("modulus: 3, remainder: 3"), HasSubstr("expected a remainder below the modulus 3, found 3"));
+  EXPECT_THAT(rule("modulus: 3, remainder: 3"),
+              HasSubstr("expected a remainder below the modulus 3, found 3"));
   EXPECT_THAT(rule("opacity: 1.5"), StartsWith("s.yaml:3:23: expected a number in 0..1"));
 }
 

@@ -35,8 +35,8 @@ inline Scene plain_scene() {
 }
 
 /// Looks at a point of voxel space from another; for volumes of cubic voxels.
-inline Camera look(const volumes::VolumeInfo& info, const Vector3& eye, const Vector3& target, const Vector3& up,
-                   double fov = 1e-3) {
+inline Camera look(const volumes::VolumeInfo& info, const Vector3& eye, const Vector3& target,
+                   const Vector3& up, double fov = 1e-3) {
   const double size = world_size(info);
   const auto scene_point = [&](const Vector3& p) {
     return Vector3{(p[0] - info.extent.x / 2.0) / size, (p[1] - info.extent.y / 2.0) / size,
