@@ -104,6 +104,25 @@ TEST(Rays, CrossingsAtTheSameTimeGoXThenYThenZ) {
   EXPECT_FALSE(seen(3, 0, 2, {2, -2, 2.5}, {1, 1, 0}));
 }
 
+TEST(Rays, KnowTheFaceThroughWhichTheyEnter) {
+  const auto volume = numbered();
+  const LabelBricks bricks(volume, 16, 1);
+  const View view(bricks, plain_scene(), {}, 1);
+  const auto face = [&](const Vector3& from, const Vector3& direction) {
+    const Walk walk(view, {from, direction});
+    EXPECT_FALSE(walk.at_end());
+    return walk.face();
+  };
+  EXPECT_EQ(face({-1, 1.5, 1.5}, {1, 0.1, 0.1}), 0u);
+  EXPECT_EQ(face({1.5, 9, 1.5}, {0, -1, 0}), 1u);
+  EXPECT_EQ(face({-1, -1, 1.5}, {1, 1, 0}), 1u) << "at an edge x is crossed before y";
+  EXPECT_EQ(face({-1, 1.5, 5}, {1, 0, -1}), 2u);
+  EXPECT_EQ(face({-1, -1, -1}, {1, 1, 1}), 2u) << "and z last";
+  EXPECT_EQ(face({1.5, 1.5, 1.5}, {1, 0, 0}), std::nullopt);
+  EXPECT_EQ(face({0, 1.5, 1.5}, {1, 0, 0}), std::nullopt)
+      << "a ray that starts on a plane begins in the cell";
+}
+
 TEST(Rays, UnusableDirectionsSeeNothing) {
   const auto volume = numbered();
   const ReferenceRenderer renderer(volume, 16, 1);

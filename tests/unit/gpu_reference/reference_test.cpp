@@ -75,6 +75,22 @@ TEST(Reference, LevelsReachBeyondVolumesThatEndInABrick) {
   EXPECT_EQ(View(bricks, scene, {{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, narrower}, 1).level_of(1), 2u);
 }
 
+TEST(Reference, DistancesAreThoseOfTheWorld) {
+  auto volume = make_volume({16, 16, 16}, [](auto, auto, auto) { return 1; });
+  volume.info().voxel_size = {3, 3, 9};  // the world is 16 x 16 x 48
+  const LabelBricks bricks(volume, 16, 1);
+  Scene scene = plain_scene();
+  scene.height = 100;
+  scene.lod_bias = 0;
+  // From one longest edge away: 48 + 16 in the world.
+  const auto level = [&](double distance) {
+    const double fov = 2 * std::atan(0.5 * 100 * 4.0 / distance) * 180 / std::numbers::pi;
+    return View(bricks, scene, {{1, 0, 0}, {0, 0, 0}, {0, 1, 0}, fov}, 1).level_of(0);
+  };
+  EXPECT_EQ(level(63.9), 2u);
+  EXPECT_EQ(level(64.1), 1u);
+}
+
 TEST(Reference, CoarseLevelsShowThePyramid) {
   // A wall of one voxel at x = 0 ties with the emptiness behind it and is first in order: level l makes it 2^l thick.
   const auto volume = make_volume({16, 16, 16}, [](auto x, auto, auto) { return x == 0 ? 7 : 0; });
