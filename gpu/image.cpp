@@ -16,12 +16,14 @@ using volumes::InputError;
 
 namespace {
 
-constexpr std::uint32_t kWindow = 8, kStride = 4;           ///< of the structural similarity
-constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;      ///< its constants for values in [0, 1]
+constexpr std::uint32_t kWindow = 8, kStride = 4;                 ///< of the structural similarity
+constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;            ///< its constants for values in [0, 1]
 constexpr double kRed = 0.2126, kGreen = 0.7152, kBlue = 0.0722;  ///< luma of ITU-R BT.709
 
 /// A channel as it is shown; what is no number counts as black.
-double shown(float value) { return std::isnan(value) ? 0.0 : std::clamp(static_cast<double>(value), 0.0, 1.0); }
+double shown(float value) {
+  return std::isnan(value) ? 0.0 : std::clamp(static_cast<double>(value), 0.0, 1.0);
+}
 
 std::vector<double> luma(const Image& image) {
   std::vector<double> values(image.pixels());
@@ -33,7 +35,8 @@ std::vector<double> luma(const Image& image) {
 }
 
 /// Structural similarity of one window (Wang, Bovik, Sheikh, Simoncelli 2004) with equal weights.
-double window_similarity(const double* a, const double* b, std::size_t row, std::uint32_t width, std::uint32_t height) {
+double window_similarity(const double* a, const double* b, std::size_t row, std::uint32_t width,
+                         std::uint32_t height) {
   double sum_a = 0, sum_b = 0, sum_aa = 0, sum_bb = 0, sum_ab = 0;
   for (std::uint32_t y = 0; y < height; ++y) {
     for (std::uint32_t x = 0; x < width; ++x) {
@@ -75,8 +78,8 @@ std::vector<std::uint8_t> Image::rgb8() const {
 
 ImageDifference compare(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height) {
-    throw InputError(fmt::format("expected two images of the same size, found {}x{} and {}x{}", a.width, a.height,
-                                 b.width, b.height));
+    throw InputError(fmt::format("expected two images of the same size, found {}x{} and {}x{}", a.width,
+                                 a.height, b.width, b.height));
   }
   ImageDifference difference;
   difference.pixels = a.pixels();
@@ -95,7 +98,8 @@ ImageDifference compare(const Image& a, const Image& b) {
   return difference;
 }
 
-void write_png(const std::string& path, std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgb) {
+void write_png(const std::string& path, std::uint32_t width, std::uint32_t height,
+               const std::vector<std::uint8_t>& rgb) {
   if (width == 0 || height == 0 || rgb.size() != std::size_t{3} * width * height) {
     throw InputError(fmt::format("{}: expected {} bytes for a picture of {}x{}, found {}", path,
                                  std::size_t{3} * width * height, width, height, rgb.size()));
@@ -106,15 +110,19 @@ void write_png(const std::string& path, std::uint32_t width, std::uint32_t heigh
   image.height = height;
   image.format = PNG_FORMAT_RGB;
   if (png_image_write_to_file(&image, path.c_str(), 0, rgb.data(), 0, nullptr) == 0) {
-    throw InputError(fmt::format("{}: expected a file that can be written as PNG, found: {}", path, image.message));
+    throw InputError(
+        fmt::format("{}: expected a file that can be written as PNG, found: {}", path, image.message));
   }
 }
 
 void write_label_image(const std::string& path, const Image& image) {
-  const auto fail = [&] { throw InputError(fmt::format("{}: expected a file that can be written, found none", path)); };
+  const auto fail = [&] {
+    throw InputError(fmt::format("{}: expected a file that can be written, found none", path));
+  };
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), &std::fclose);
   if (!file) fail();
-  const std::size_t written = std::fwrite(image.labels.data(), sizeof(std::uint64_t), image.labels.size(), file.get());
+  const std::size_t written =
+      std::fwrite(image.labels.data(), sizeof(std::uint64_t), image.labels.size(), file.get());
   if (written != image.labels.size() || std::fclose(file.release()) != 0) fail();
 }
 

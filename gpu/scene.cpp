@@ -75,9 +75,12 @@ Camera CameraPath::at(double part) const {
 
 std::string_view name_of(Shading shading) {
   switch (shading) {
-    case Shading::kShadow: return "shadow";
-    case Shading::kAo: return "ao";
-    default: return "local";
+    case Shading::kShadow:
+      return "shadow";
+    case Shading::kAo:
+      return "ao";
+    default:
+      return "local";
   }
 }
 
@@ -106,7 +109,8 @@ Vector3 world_scale(const volumes::VolumeInfo& info) {
 
 double world_size(const volumes::VolumeInfo& info) {
   const Vector3 scale = world_scale(info);
-  return std::max({static_cast<double>(info.extent.x) * scale[0], static_cast<double>(info.extent.y) * scale[1],
+  return std::max({static_cast<double>(info.extent.x) * scale[0],
+                   static_cast<double>(info.extent.y) * scale[1],
                    static_cast<double>(info.extent.z) * scale[2]});
 }
 

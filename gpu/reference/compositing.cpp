@@ -8,8 +8,8 @@ namespace cvr::gpu {
 
 namespace {
 
-constexpr double kExhausted = 1.0 / 256;    ///< a ray with less transmittance ends
-constexpr double kOffSurface = 0x1p-20;     ///< voxels between a surface and the start of its secondary rays
+constexpr double kExhausted = 1.0 / 256;  ///< a ray with less transmittance ends
+constexpr double kOffSurface = 0x1p-20;   ///< voxels between a surface and the start of its secondary rays
 
 /// Calls visit(material, label) for each cell whose label differs from that of the cell before, until it returns false.
 template <class Visit>
@@ -56,7 +56,8 @@ void WorkCounter::mark(Bits& bits, std::uint64_t index) {
 
 std::uint64_t WorkCounter::count(const Bits& bits) {
   std::uint64_t sum = 0;
-  for (const auto& word : bits) sum += static_cast<std::uint64_t>(std::popcount(word.load(std::memory_order_relaxed)));
+  for (const auto& word : bits)
+    sum += static_cast<std::uint64_t>(std::popcount(word.load(std::memory_order_relaxed)));
   return sum;
 }
 
@@ -95,7 +96,8 @@ Gathered gather(const View& view, const ReferenceRenderer::Ray& ray, WorkCounter
   return gathered;
 }
 
-double transmittance(const View& view, const ReferenceRenderer::Ray& ray, WorkCounter* counter, double longest) {
+double transmittance(const View& view, const ReferenceRenderer::Ray& ray, WorkCounter* counter,
+                     double longest) {
   double passes = 1;
   Walk walk(view, ray);
   for_each_change(view, walk, counter, longest, [&](const Rgba& material, std::uint64_t) {

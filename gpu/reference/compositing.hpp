@@ -33,10 +33,10 @@ class WorkCounter {
 /// The surface at which a primary ray ends.
 struct Surface {
   Vector3 albedo;
-  std::size_t axis;     ///< of the normal
-  double side;          ///< the normal's component on it, 1 or -1
-  bool through_face;    ///< false where the ray began in the cell: no secondary ray starts there
-  Vector3 outside;      ///< voxel space; where secondary rays start
+  std::size_t axis;   ///< of the normal
+  double side;        ///< the normal's component on it, 1 or -1
+  bool through_face;  ///< false where the ray began in the cell: no secondary ray starts there
+  Vector3 outside;    ///< voxel space; where secondary rays start
 };
 
 struct Gathered {

@@ -27,7 +27,8 @@ std::vector<std::uint64_t> labels_in(const volumes::Volume& volume, const volume
       for (std::uint64_t y = from.y; y < to.y; ++y) {
         const auto row = voxels.subspan(volume.extent().index({from.x, y, z}), to.x - from.x);
         for (std::size_t x = 0; x < row.size(); ++x) {
-          if (x == 0 ? found.empty() || found.back() != row[0] : row[x] != row[x - 1]) found.push_back(row[x]);
+          if (x == 0 ? found.empty() || found.back() != row[0] : row[x] != row[x - 1])
+            found.push_back(row[x]);
         }
       }
     }
@@ -61,7 +62,8 @@ LabelBricks::LabelBricks(const volumes::Volume& finest, std::uint32_t brick, uns
   std::vector<std::vector<std::uint64_t>> by_brick(grid_.voxels());
   const volumes::Extent& extent = finest.extent();
   volumes::parallel_for(threads, by_brick.size(), [&](unsigned, std::uint64_t i) {
-    const volumes::Coordinate from{i % grid_.x * brick, i / grid_.x % grid_.y * brick, i / (grid_.x * grid_.y) * brick};
+    const volumes::Coordinate from{i % grid_.x * brick, i / grid_.x % grid_.y * brick,
+                                   i / (grid_.x * grid_.y) * brick};
     by_brick[i] = labels_in(finest, from,
                             {std::min(from.x + brick, extent.x), std::min(from.y + brick, extent.y),
                              std::min(from.z + brick, extent.z)});

@@ -47,8 +47,8 @@ struct Frames {
 };
 
 /// Part of the hemisphere above a surface that is open, as the rays of some frames find it.
-double openness(const View& view, const Surface& surface, std::uint32_t px, std::uint32_t py, const Frames& frames,
-                WorkCounter* counter) {
+double openness(const View& view, const Surface& surface, std::uint32_t px, std::uint32_t py,
+                const Frames& frames, WorkCounter* counter) {
   const double longest = view.scene().ao_distance * world_size(view.bricks().info());
   double sum = 0;
   for (std::uint32_t i = 0; i < frames.count; ++i) {
@@ -59,8 +59,8 @@ double openness(const View& view, const Surface& surface, std::uint32_t px, std:
 }
 
 /// The light that a surface sends back, mean over the frames.
-Vector3 shade(const View& view, const Surface& surface, std::uint32_t px, std::uint32_t py, const Frames& frames,
-              WorkCounter* counter) {
+Vector3 shade(const View& view, const Surface& surface, std::uint32_t px, std::uint32_t py,
+              const Frames& frames, WorkCounter* counter) {
   const Scene& scene = view.scene();
   const Vector3 light = normalize(scene.light);
   double direct = std::max(0.0, surface.side * light[surface.axis]);
@@ -77,12 +77,14 @@ Image draw(const View& view, const Frames& frames, unsigned threads, WorkCounter
   image.colour.resize(3 * image.pixels());
   image.labels.resize(image.pixels());
   image.complete.assign(image.pixels(), 1);
-  const Vector3 background{scene.background[0] / 255.0, scene.background[1] / 255.0, scene.background[2] / 255.0};
+  const Vector3 background{scene.background[0] / 255.0, scene.background[1] / 255.0,
+                           scene.background[2] / 255.0};
   volumes::parallel_for(threads, scene.height, [&](unsigned, std::uint64_t row) {
     const auto py = static_cast<std::uint32_t>(row);
     for (std::uint32_t px = 0; px < scene.width; ++px) {
       const Gathered gathered = gather(view, view.primary_ray(px, py), counter);
-      const Vector3 behind = gathered.opaque ? shade(view, gathered.surface, px, py, frames, counter) : background;
+      const Vector3 behind =
+          gathered.opaque ? shade(view, gathered.surface, px, py, frames, counter) : background;
       const Vector3 colour = gathered.colour + gathered.transmittance * behind;
       const std::size_t pixel = row * scene.width + px;
       image.labels[pixel] = gathered.label;
@@ -95,8 +97,8 @@ Image draw(const View& view, const Frames& frames, unsigned threads, WorkCounter
 
 bool same_view(const Scene& a, const Scene& b) {
   return a.width == b.width && a.height == b.height && a.materials == b.materials && a.shading == b.shading &&
-         a.light == b.light && a.ambient == b.ambient && a.ao_distance == b.ao_distance && a.lod_bias == b.lod_bias &&
-         a.background == b.background;
+         a.light == b.light && a.ambient == b.ambient && a.ao_distance == b.ao_distance &&
+         a.lod_bias == b.lod_bias && a.background == b.background;
 }
 
 }  // namespace
@@ -139,13 +141,13 @@ std::uint64_t ReferenceRenderer::trace(const Scene& scene, const Camera& camera,
   return gather(*impl_->view(scene, camera), ray, nullptr).label;
 }
 
-ReferenceRenderer::Ray ReferenceRenderer::primary_ray(const Scene& scene, const Camera& camera, std::uint32_t px,
-                                                      std::uint32_t py) const {
+ReferenceRenderer::Ray ReferenceRenderer::primary_ray(const Scene& scene, const Camera& camera,
+                                                      std::uint32_t px, std::uint32_t py) const {
   return impl_->view(scene, camera)->primary_ray(px, py);
 }
 
-bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, std::uint32_t px, std::uint32_t py,
-                                    std::uint64_t other, double distance) const {
+bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, std::uint32_t px,
+                                    std::uint32_t py, std::uint64_t other, double distance) const {
   const auto view = impl_->view(scene, camera);
   const Ray ray = view->primary_ray(px, py);
   const Gathered straight = gather(*view, ray, nullptr);
@@ -153,8 +155,9 @@ bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, st
   // Where a turned ray is `distance` off: at the hit, or where a ray that misses passes the middle of the volume.
   const volumes::Extent& extent = view->bricks().info().extent;
   const Vector3 middle{extent.x / 2.0, extent.y / 2.0, extent.z / 2.0};
-  const double pivot =
-      straight.label != kNoLabel ? straight.t : dot(middle - ray.origin, ray.direction) / dot(ray.direction, ray.direction);
+  const double pivot = straight.label != kNoLabel
+                           ? straight.t
+                           : dot(middle - ray.origin, ray.direction) / dot(ray.direction, ray.direction);
   const Vector3 forward = normalize(ray.direction);
   Vector3 least{0, 0, 0};
   least[(longest_axis(forward) + 1) % 3] = 1;
@@ -166,7 +169,8 @@ bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, st
     const auto found = [&](const Vector3& offset) {
       const Vector3 moved = ring * distance * offset;
       if (gather(*view, {ray.origin + moved, ray.direction}, nullptr).label == other) return true;
-      return pivot > 0 && gather(*view, {ray.origin, ray.direction + (1 / pivot) * moved}, nullptr).label == other;
+      return pivot > 0 &&
+             gather(*view, {ray.origin, ray.direction + (1 / pivot) * moved}, nullptr).label == other;
     };
     for (unsigned i = 0; i < kAngles; ++i) {
       const double angle = 2 * std::numbers::pi * (i + 0.37) / kAngles;
@@ -178,8 +182,8 @@ bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, st
   return false;
 }
 
-LabelCheck check_labels(const ReferenceRenderer& reference, const Scene& scene, const Camera& camera, const Image& truth,
-                        const Image& found) {
+LabelCheck check_labels(const ReferenceRenderer& reference, const Scene& scene, const Camera& camera,
+                        const Image& truth, const Image& found) {
   LabelCheck check{.pixels = truth.pixels()};
   for (std::uint32_t py = 0; py < truth.height; ++py) {
     for (std::uint32_t px = 0; px < truth.width; ++px) {

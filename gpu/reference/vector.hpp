@@ -7,12 +7,20 @@
 
 namespace cvr::gpu {
 
-inline Vector3 operator+(const Vector3& a, const Vector3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-inline Vector3 operator-(const Vector3& a, const Vector3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+inline Vector3 operator+(const Vector3& a, const Vector3& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+inline Vector3 operator-(const Vector3& a, const Vector3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 inline Vector3 operator*(double s, const Vector3& a) { return {s * a[0], s * a[1], s * a[2]}; }
 /// Component by component.
-inline Vector3 operator*(const Vector3& a, const Vector3& b) { return {a[0] * b[0], a[1] * b[1], a[2] * b[2]}; }
-inline Vector3 operator/(const Vector3& a, const Vector3& b) { return {a[0] / b[0], a[1] / b[1], a[2] / b[2]}; }
+inline Vector3 operator*(const Vector3& a, const Vector3& b) {
+  return {a[0] * b[0], a[1] * b[1], a[2] * b[2]};
+}
+inline Vector3 operator/(const Vector3& a, const Vector3& b) {
+  return {a[0] / b[0], a[1] / b[1], a[2] / b[2]};
+}
 
 inline double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 inline Vector3 cross(const Vector3& a, const Vector3& b) {

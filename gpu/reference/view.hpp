@@ -10,7 +10,8 @@
 
 namespace cvr::gpu {
 
-inline constexpr std::uint8_t kInvisibleBrick = 255;  ///< in place of a level: no label of the brick is visible
+inline constexpr std::uint8_t kInvisibleBrick =
+    255;  ///< in place of a level: no label of the brick is visible
 
 class View {
  public:

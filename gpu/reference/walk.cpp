@@ -12,7 +12,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::array<std::int64_t, 3> signed_extent(const volumes::Extent& extent) {
-  return {static_cast<std::int64_t>(extent.x), static_cast<std::int64_t>(extent.y), static_cast<std::int64_t>(extent.z)};
+  return {static_cast<std::int64_t>(extent.x), static_cast<std::int64_t>(extent.y),
+          static_cast<std::int64_t>(extent.z)};
 }
 
 bool usable(const Vector3& origin, const Vector3& direction) {
@@ -27,7 +28,10 @@ bool usable(const Vector3& origin, const Vector3& direction) {
 }  // namespace
 
 Walk::Walk(const View& view, const ReferenceRenderer::Ray& ray)
-    : view_(view), origin_(ray.origin), direction_(ray.direction), extent_(signed_extent(view.bricks().info().extent)) {
+    : view_(view),
+      origin_(ray.origin),
+      direction_(ray.direction),
+      extent_(signed_extent(view.bricks().info().extent)) {
   at_end_ = !usable(origin_, direction_) || !enter();
   if (!at_end_) enter_brick();
 }
@@ -57,7 +61,8 @@ bool Walk::enter() {
   }
   t_ = enter_t;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    voxel_[axis] = std::clamp<std::int64_t>(voxel_at(axis, t_, !face_ || axis <= *face_), 0, extent_[axis] - 1);
+    voxel_[axis] =
+        std::clamp<std::int64_t>(voxel_at(axis, t_, !face_ || axis <= *face_), 0, extent_[axis] - 1);
   }
   return true;
 }
@@ -70,7 +75,8 @@ std::int64_t Walk::voxel_at(std::size_t axis, double t, bool crossed_at_t) const
     const double plane_t = time_of(axis, plane);
     return plane_t < t || (crossed_at_t && plane_t == t);
   };
-  const double guess = std::clamp(origin_[axis] + t * direction, -1.0, static_cast<double>(extent_[axis]) + 1);
+  const double guess =
+      std::clamp(origin_[axis] + t * direction, -1.0, static_cast<double>(extent_[axis]) + 1);
   auto voxel = static_cast<std::int64_t>(std::floor(guess));
   if (direction > 0) {
     while (voxel < extent_[axis] && crossed(voxel + 1)) ++voxel;
@@ -85,7 +91,8 @@ std::int64_t Walk::voxel_at(std::size_t axis, double t, bool crossed_at_t) const
 std::uint64_t Walk::brick_of_voxel() const {
   const auto shift = static_cast<unsigned>(std::countr_zero(view_.bricks().brick()));
   const volumes::Extent& grid = view_.bricks().grid();
-  return grid.index({static_cast<std::uint64_t>(voxel_[0] >> shift), static_cast<std::uint64_t>(voxel_[1] >> shift),
+  return grid.index({static_cast<std::uint64_t>(voxel_[0] >> shift),
+                     static_cast<std::uint64_t>(voxel_[1] >> shift),
                      static_cast<std::uint64_t>(voxel_[2] >> shift)});
 }
 
@@ -144,10 +151,14 @@ std::uint64_t Walk::label() const {
   const volumes::Volume& volume = view_.bricks().level(level_);
   const std::uint64_t index = cell_index();
   switch (volume.info().type) {
-    case volumes::VoxelType::kU8: return volume.voxels<std::uint8_t>()[index];
-    case volumes::VoxelType::kU16: return volume.voxels<std::uint16_t>()[index];
-    case volumes::VoxelType::kU64: return volume.voxels<std::uint64_t>()[index];
-    default: return volume.voxels<std::uint32_t>()[index];
+    case volumes::VoxelType::kU8:
+      return volume.voxels<std::uint8_t>()[index];
+    case volumes::VoxelType::kU16:
+      return volume.voxels<std::uint16_t>()[index];
+    case volumes::VoxelType::kU64:
+      return volume.voxels<std::uint64_t>()[index];
+    default:
+      return volume.voxels<std::uint32_t>()[index];
   }
 }
 
