@@ -143,9 +143,17 @@ std::vector<Case> cases() {
       if (has_bricks(*codec)) {
         all.push_back({codec, parameters, 0});
       } else {
-        for (const std::uint32_t brick : {0u, 16u, 64u}) all.push_back({codec, parameters, brick});
+        for (const std::uint32_t brick : {16u, 64u}) all.push_back({codec, parameters, brick});
       }
     }
+  }
+  // Many chunks; edges of chunks and blocks that are no powers of two; as many levels as a brick needs, and more.
+  const codecs::Codec& neuroglancer = *codecs::find_codec("neuroglancer");
+  for (const std::vector<std::string>& set : {std::vector<std::string>{"chunk=16", "levels=2"},
+                                              {"chunk=20", "block=7,4,3", "levels=3"},
+                                              {"chunk=64", "levels=6"},
+                                              {"chunk=128", "levels=8"}}) {
+    all.push_back({&neuroglancer, *Parameters::parse(neuroglancer.parameters(), set), 0});
   }
   return all;
 }
