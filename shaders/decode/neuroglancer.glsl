@@ -22,7 +22,7 @@ CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
   uint row = chunk.y + cvr_read_global(levels, at + 4u) * chunk.z;
   uint index = cvr_read_global(levels, at + 5u) + chunk.x + cvr_read_global(levels, at + 3u) * row;
   Global start_words = CVR_BUFFER_AT(1, uint64_t(2u) * uint64_t(index));
-  uint64_t start = uint64_t(cvr_read_global(start_words, 0u)) | (uint64_t(cvr_read_global(start_words, 1u)) << 32);
+  uint64_t start = cvr_word64_global(start_words, 0u);
 
   NeuroglancerStream s;
   s.block_x = uint(CVR_NEUROGLANCER_BLOCK_X);
