@@ -16,8 +16,7 @@ constexpr std::size_t place(std::uint64_t label) { return (label * 0x9e3779b97f4
 
 void sort_and_thin(std::vector<std::uint64_t>& labels) {
   std::ranges::sort(labels);
-  const auto rest = std::ranges::unique(labels);
-  labels.erase(rest.begin(), rest.end());
+  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <optional>
 
-#include "codecs/neuroglancer/format.hpp"
+#include "codecs/neuroglancer/gpu.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs::neuroglancer {
@@ -139,6 +139,12 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
       }
       return {};
     });
+  }
+
+  Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
+    std::vector<StoredLevel> stored;
+    for (const Level& level : levels_) stored.push_back({level.extent, level.grid, level.chunks});
+    return neuroglancer::gpu_encoding(*this, info_, block_, edge_, stored, brick == 0 ? 32 : brick, threads);
   }
 
  private:

@@ -104,7 +104,7 @@ Expected<Payload> encode_levels(std::span<const VolumeSource* const> levels, std
   std::vector<std::uint64_t> starts{0};
   starts.reserve(chunks + 1);
   for (const VolumeSource* level : levels) {
-    if (auto ok = LevelEncoder(*level, edge, block, threads).encode(payload, starts); !ok)
+    if (auto ok = neuroglancer::append_level(*level, edge, block, threads, payload, starts); !ok)
       return tl::unexpected(ok.error());
   }
   const std::uint32_t header[2] = {edge, narrow<std::uint32_t>(levels.size())};
@@ -127,7 +127,8 @@ class NeuroglancerCodec final : public Codec {
                                 .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64},
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = true,
-                                .stored_compressed = true};
+                                .stored_compressed = true,
+                                .gpu_decodable = true};
     return kTraits;
   }
 
@@ -196,6 +197,11 @@ class NeuroglancerCodec final : public Codec {
 };
 
 }  // namespace
+
+Expected<void> neuroglancer::append_level(const VolumeSource& level, std::uint32_t edge, const BlockSize& block,
+                                          unsigned threads, Payload& payload, std::vector<std::uint64_t>& ends) {
+  return LevelEncoder(level, edge, block, threads).encode(payload, ends);
+}
 
 const Codec& neuroglancer_codec() {
   static const NeuroglancerCodec kCodec;

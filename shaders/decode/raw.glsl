@@ -8,15 +8,14 @@
 CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
   Global levels = CVR_BUFFER(1);
   uint at = 5u * lod;
-  uint64_t first = uint64_t(cvr_read_global(levels, at)) | (uint64_t(cvr_read_global(levels, at + 1u)) << 32);
+  uint64_t first = cvr_word64_global(levels, at);
   uint64_t row = uint64_t(cell.y) + uint64_t(cvr_read_global(levels, at + 3u)) * uint64_t(cell.z);
   uint64_t voxel = uint64_t(cell.x) + uint64_t(cvr_read_global(levels, at + 2u)) * row;
   uint64_t bit = voxel * uint64_t(CVR_RAW_BITS);
   Global words = CVR_BUFFER_AT(0, first + (bit >> 5));
   CVR_COUNT_HOPS(1u);
 #if CVR_RAW_BITS == 64
-  uint64_t label = uint64_t(cvr_read_global(words, 0u)) | (uint64_t(cvr_read_global(words, 1u)) << 32);
-  return cvr_code_of(CVR_BUFFER(2), uint(CVR_REMAP_SIZE), label);
+  return cvr_code_of(CVR_BUFFER(2), uint(CVR_REMAP_SIZE), cvr_word64_global(words, 0u));
 #elif CVR_RAW_BITS == 32
   return cvr_read_global(words, 0u);
 #else

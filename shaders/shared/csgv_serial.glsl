@@ -161,12 +161,55 @@ CVR_FUNC uint cvr_symbols_next(Words words, bool stop_bits, CVR_INOUT(SymbolCurs
 
 #endif
 
-#if defined(CVR_SERIAL_RANS)
+// What the functions below hand on to the source of symbols.
+#ifdef CVR_SERIAL_RANS
+#define CVR_SERIAL_MEMORY Words words, Global tables
+#define CVR_SERIAL_ARGUMENTS words, tables
 #define CVR_NEXT_SYMBOL cvr_symbols_next(words, tables, cursor)
-#elif defined(CVR_SERIAL_WAVELET)
+#else
+#define CVR_SERIAL_MEMORY Words words
+#define CVR_SERIAL_ARGUMENTS words
+#ifdef CVR_SERIAL_WAVELET
 #define CVR_NEXT_SYMBOL cvr_symbols_next(words, brick.stop_bits, cursor)
 #else
 #define CVR_NEXT_SYMBOL cvr_symbols_next(words, cursor)
+#endif
+#endif
+
+#if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_RANS)
+#define CVR_SERIAL_CSGV  // no symbols outside the volume, and deltas
+
+// The first code beyond the volume along each axis, of a level whose nodes cover 2^below voxels a side.
+struct SerialLimits {
+  uint x;
+  uint y;
+  uint z;
+};
+
+CVR_FUNC SerialLimits cvr_serial_limits(SerialBrick brick, uint below) {
+  SerialLimits limits;
+  limits.x = cvr_morton_spread(((brick.valid_x - 1u) >> below) + 1u);
+  limits.y = cvr_morton_spread(((brick.valid_y - 1u) >> below) + 1u) << 1;
+  limits.z = cvr_morton_spread(((brick.valid_z - 1u) >> below) + 1u) << 2;
+  return limits;
+}
+
+// Spread bits are in the order of the coordinates.
+CVR_FUNC bool cvr_serial_is_inside(SerialLimits limits, uint n) {
+  return (n & CVR_MORTON_X) < limits.x && (n & (CVR_MORTON_X << 1)) < limits.y && (n & (CVR_MORTON_X << 2)) < limits.z;
+}
+
+// The digits after a delta operation: how far before the newest palette entry the meant one is, minus one.
+CVR_FUNC uint cvr_serial_distance(CVR_SERIAL_MEMORY, SerialBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+  uint distance = 0u;
+  uint digit;
+  do {
+    digit = CVR_NEXT_SYMBOL;
+    distance = (distance << 3) | (digit & 7u);
+  } while (digit >= 8u && distance != 0u && distance <= brick.palette_size);  // no encoder goes on from 0 or from there
+  return distance;
+}
+
 #endif
 
 // The place of the node that a neighbour operation of child `child` (of node n) copies; `at` where it leaves the brick: no
@@ -178,21 +221,15 @@ CVR_FUNC uint cvr_serial_neighbour(uint child, uint axis, uint shift, uint insid
   return (n & mask) == (mask & inside) ? at : cvr_morton_plus(n, axis) << (shift + 3u);
 }
 
-// Decodes one brick: label codes of the nodes of level brick.target, in Morton order. `words` is the brick, as is `palette`
-// (which may lie in another memory); rANS needs its tables.
-CVR_FUNC void cvr_serial_decode(Words words, Global palette,
-#ifdef CVR_SERIAL_RANS
-                                Global tables,
-#endif
-                                SerialBrick brick, Labels labels) {
-#ifdef CVR_SERIAL_NIBBLE
-  SymbolCursor cursor = cvr_symbols_begin(brick);
-#elif defined(CVR_SERIAL_CSGVR_NIBBLE)
+// Decodes one brick: label codes of the nodes of level brick.target, in Morton order. `palette` and `words` are both the brick,
+// which may lie in two memories; rANS needs its tables.
+CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick brick, Labels labels) {
+#if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_CSGVR_NIBBLE)
   SymbolCursor cursor = cvr_symbols_begin(brick);
 #else
   SymbolCursor cursor = cvr_symbols_begin(words, brick);
 #endif
-  uint entries = 1u;  // palette entries used so far; the root takes the first
+  uint entries = 1u;  // of the palette that have been used; the root takes the first
   uint root = CVR_NEXT_SYMBOL;
   cvr_store(labels, 0u, cvr_read_global(palette, brick.word_count - 1u));
   if (brick.target > 0u) cvr_store(labels, 1u, root >> 3);
@@ -200,11 +237,8 @@ CVR_FUNC void cvr_serial_decode(Words words, Global palette,
 #ifdef CVR_SERIAL_RANS
     if (l + 1u == brick.levels) cvr_symbols_begin_finest(words, brick, cursor);
 #endif
-#if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_RANS)
-    uint below = brick.levels - 1u - l;  // a node covers 2^below voxels along an axis
-    uint valid_x = cvr_morton_spread(((brick.valid_x - 1u) >> below) + 1u);
-    uint valid_y = cvr_morton_spread(((brick.valid_y - 1u) >> below) + 1u) << 1;
-    uint valid_z = cvr_morton_spread(((brick.valid_z - 1u) >> below) + 1u) << 2;
+#ifdef CVR_SERIAL_CSGV
+    SerialLimits limits = cvr_serial_limits(brick, brick.levels - 1u - l);
 #endif
     uint shift = 3u * (brick.target - l);
     uint inside = (1u << (3u * (l - 1u))) - 1u;
@@ -216,28 +250,20 @@ CVR_FUNC void cvr_serial_decode(Words words, Global palette,
         uint label = parent_label;
         uint stop = parent_stop;
         bool coded = stop == 0u;
-#if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_RANS)
-        coded = coded && (child & CVR_MORTON_X) < valid_x && (child & (CVR_MORTON_X << 1)) < valid_y &&
-                (child & (CVR_MORTON_X << 2)) < valid_z;
+#ifdef CVR_SERIAL_CSGV
+        coded = coded && cvr_serial_is_inside(limits, child);
 #endif
         if (coded) {
           uint symbol = CVR_NEXT_SYMBOL;
           uint operation = symbol & 7u;
           stop = symbol >> 3;
           if (operation >= CVR_OP_ADVANCE) {
-            uint entry = entries - 1u;
-            if (operation == CVR_OP_ADVANCE && entries < brick.palette_size) {
-              entry = entries;
-              entries += 1u;
-            } else if (operation == CVR_OP_DELTA && brick.delta) {
-              uint distance = 0u;
-              for (uint digit = 8u; digit >= 8u;) {
-                digit = CVR_NEXT_SYMBOL;
-                distance = (distance << 3) | (digit & 7u);
-                if (distance == 0u || distance > brick.palette_size) digit &= 7u;  // no encoder goes on from here
-              }
-              entry = distance + 1u < entries ? entry - distance - 1u : 0u;
-            }
+            uint back = 0u;  // entries before the newest
+#ifdef CVR_SERIAL_CSGV
+            if (operation == CVR_OP_DELTA && brick.delta) back = 1u + cvr_serial_distance(CVR_SERIAL_ARGUMENTS, brick, cursor);
+#endif
+            if (operation == CVR_OP_ADVANCE && entries < brick.palette_size) entries += 1u;
+            uint entry = back < entries ? entries - 1u - back : 0u;
             label = cvr_read_global(palette, brick.word_count - 1u - entry);
           } else if (operation != CVR_OP_PARENT) {
             uint from = cvr_serial_neighbour(child, operation - CVR_OP_NEIGHBOUR_X, shift, inside, at);
@@ -252,3 +278,6 @@ CVR_FUNC void cvr_serial_decode(Words words, Global palette,
 }
 
 #undef CVR_NEXT_SYMBOL
+#undef CVR_SERIAL_MEMORY
+#undef CVR_SERIAL_ARGUMENTS
+#undef CVR_SERIAL_CSGV

@@ -8,9 +8,7 @@ CVR_FUNC uint cvr_code_of(Global list, uint size, uint64_t label) {
   uint first = 0u;
   for (uint count = size; count > 1u;) {
     uint below = count >> 1;
-    uint at = 2u * (first + below);
-    uint64_t found = uint64_t(cvr_read_global(list, at)) | (uint64_t(cvr_read_global(list, at + 1u)) << 32);
-    if (found <= label) first += below;
+    if (cvr_word64_global(list, 2u * (first + below)) <= label) first += below;
     count -= below;
   }
   return first;

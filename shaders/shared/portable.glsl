@@ -81,4 +81,8 @@ CVR_FUNC uint64_t cvr_word64(Words words, uint at) {
   return uint64_t(cvr_read(words, at)) | (uint64_t(cvr_read(words, at + 1u)) << 32);
 }
 
+CVR_FUNC uint64_t cvr_word64_global(Global words, uint at) {
+  return uint64_t(cvr_read_global(words, at)) | (uint64_t(cvr_read_global(words, at + 1u)) << 32);
+}
+
 #endif

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "codecs/container.hpp"
+#include "tests/zoo/decode_texts.hpp"
 
 namespace cvr::fuzz {
 
@@ -29,6 +30,30 @@ class ThrowAwaySink final : public volumes::SlabSink {
   volumes::VolumeInfo info_;
   std::vector<std::byte> slab_;
 };
+
+/// The decoder texts of the GPU on what they would be given, a brick or a cell in each corner of the volume. True if nothing was
+/// refused, or if there is no such text.
+inline bool exercise_gpu(const codecs::Decoder& decoder, const volumes::VolumeInfo& info) {
+  if (info.bytes() > kLargestLevel) return true;
+  const auto encoding = decoder.gpu_encoding(0, 1);
+  if (!encoding) return encoding.error().code == codecs::ErrorCode::kUnsupported;
+  const zoo::DecodeText text(*encoding, info);
+  const volumes::Extent grid = text.grid();
+  for (const volumes::Coordinate& brick : {volumes::Coordinate{0, 0, 0}, {grid.x - 1, grid.y - 1, grid.z - 1}}) {
+    text.label(text.root(brick));
+    text.visible(brick, [](std::uint32_t) { return false; });
+    for (unsigned lod = 0; lod < encoding->levels; lod += 2) {
+      const volumes::Extent e = codecs::level_extent(info.extent, lod);
+      if (encoding->voxel_access) {
+        text.label(text.cell({brick.x == 0 ? 0 : e.x - 1, brick.y == 0 ? 0 : e.y - 1, e.z - 1}, lod));
+      }
+      if (encoding->serial) {
+        for (const std::uint32_t code : text.brick(brick, lod)) text.label(code);
+      }
+    }
+  }
+  return true;
+}
 
 /// Decodes all levels, some voxels and some bricks. Results do not matter; returning does. True if nothing
 /// was refused.
@@ -56,7 +81,7 @@ inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& 
     accepted &= access->decode_brick({0, 0, 0}, lod, brick.data()).has_value();
     accepted &= access->decode_brick({grid.x - 1, grid.y - 1, grid.z - 1}, lod, brick.data()).has_value();
   }
-  return accepted;
+  return accepted && exercise_gpu(decoder, info);
 }
 
 /// A payload in the place of the one that the envelope announces.

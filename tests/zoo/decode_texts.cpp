@@ -18,6 +18,9 @@ struct uvec3 {
 uvec3 operator>>(const uvec3& v, uint n) { return {v.x >> n, v.y >> n, v.z >> n}; }
 uvec3 operator<<(const uvec3& v, uint n) { return {v.x << n, v.y << n, v.z << n}; }
 uvec3 operator&(const uvec3& v, uint m) { return {v.x & m, v.y & m, v.z & m}; }
+uvec3 operator/(const uvec3& v, uint n) { return {v.x / n, v.y / n, v.z / n}; }
+uvec3 operator*(const uvec3& v, uint n) { return {v.x * n, v.y * n, v.z * n}; }
+uvec3 operator-(const uvec3& a, const uvec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 uvec3 operator+(const uvec3& v, uint n) { return {v.x + n, v.y + n, v.z + n}; }
 uvec3 min(const uvec3& a, const uvec3& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 
@@ -70,6 +73,14 @@ namespace raw_64 {
 #undef CVR_RAW_BITS
 }  // namespace raw_64
 
+#define CVR_NEUROGLANCER_BLOCK_X bound.constant("CVR_NEUROGLANCER_BLOCK_X")
+#define CVR_NEUROGLANCER_BLOCK_Y bound.constant("CVR_NEUROGLANCER_BLOCK_Y")
+#define CVR_NEUROGLANCER_BLOCK_Z bound.constant("CVR_NEUROGLANCER_BLOCK_Z")
+#define CVR_NEUROGLANCER_TABLE_WORDS bound.constant("CVR_NEUROGLANCER_TABLE_WORDS")
+namespace neuroglancer {
+#include "shaders/decode/neuroglancer.glsl"
+}  // namespace neuroglancer
+
 #define CVR_CSGV_DELTA bound.constant("CVR_CSGV_DELTA")
 namespace csgv_nibble {
 #define CVR_CSGV_RANS 0
@@ -121,6 +132,7 @@ Entry entry_of(const Bindings& b) {
       default: return CVR_ENTRY(raw_64, raw_64::cvr_decode_cell, nullptr);
     }
   }
+  if (name == "neuroglancer") return CVR_ENTRY(neuroglancer, neuroglancer::cvr_decode_cell, nullptr);
   if (name == "csgv") {
     return b.constant("CVR_CSGV_RANS") != 0 ? CVR_ENTRY(csgv_rans, nullptr, csgv_rans::cvr_decode_brick)
                                             : CVR_ENTRY(csgv_nibble, nullptr, csgv_nibble::cvr_decode_brick);

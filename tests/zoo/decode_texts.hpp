@@ -17,7 +17,7 @@ class DecodeText {
 
   const volumes::Extent& grid() const { return grid_; }
   /// The label that a code stands for.
-  std::uint64_t label(std::uint32_t code) const { return remap_.empty() ? code : remap_[code]; }
+  std::uint64_t label(std::uint32_t code) const { return remap_.empty() ? code : remap_.at(code); }
 
   std::uint32_t root(const volumes::Coordinate& brick) const;
   bool visible(const volumes::Coordinate& brick, const std::function<bool(std::uint32_t code)>& shown) const;

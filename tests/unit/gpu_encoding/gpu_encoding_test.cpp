@@ -143,9 +143,17 @@ std::vector<Case> cases() {
       if (has_bricks(*codec)) {
         all.push_back({codec, parameters, 0});
       } else {
-        for (const std::uint32_t brick : {0u, 16u, 64u}) all.push_back({codec, parameters, brick});
+        for (const std::uint32_t brick : {16u, 64u}) all.push_back({codec, parameters, brick});
       }
     }
+  }
+  // Many chunks; edges of chunks and blocks that are no powers of two; as many levels as a brick needs, and more.
+  const codecs::Codec& neuroglancer = *codecs::find_codec("neuroglancer");
+  for (const std::vector<std::string>& set : {std::vector<std::string>{"chunk=16", "levels=2"},
+                                              {"chunk=20", "block=7,4,3", "levels=3"},
+                                              {"chunk=64", "levels=6"},
+                                              {"chunk=128", "levels=8"}}) {
+    all.push_back({&neuroglancer, *Parameters::parse(neuroglancer.parameters(), set), 0});
   }
   return all;
 }
@@ -168,6 +176,80 @@ TEST_P(EveryGpuEncoding, EqualsTheDecoderOnTheZoo) {
 INSTANTIATE_TEST_SUITE_P(Codecs, EveryGpuEncoding, testing::ValuesIn(cases()), [](const auto& p) {
   return zoo::test_name(*p.param.codec, p.param.parameters) + "_edge_" + std::to_string(p.param.brick);
 });
+
+Opened opened(const std::string& codec, const Volume& volume) {
+  const Codec& found = *codecs::find_codec(codec);
+  return Opened(found, *Parameters::parse(found.parameters(), {}), volume);
+}
+
+TEST(GpuEncoding, IsRefusedByCodecsWithoutText) {
+  const Volume volume = zoo::specimen("blobs_u8").volume();
+  for (const Codec* codec : codecs::all_codecs()) {
+    const auto encoding = opened(std::string(codec->traits().id), volume).decoder->gpu_encoding(0, 1);
+    EXPECT_EQ(encoding.has_value(), codec->traits().gpu_decodable) << codec->traits().id;
+    if (!encoding) {
+      EXPECT_EQ(encoding.error().code, codecs::ErrorCode::kUnsupported) << codec->traits().id;
+    }
+  }
+}
+
+TEST(GpuEncoding, IsRefusedForScalars) {
+  const Volume volume = zoo::specimen("extreme_scalars_i16").volume();
+  const auto encoding = opened("raw", volume).decoder->gpu_encoding(0, 1);
+  ASSERT_FALSE(encoding);
+  EXPECT_EQ(encoding.error().code, codecs::ErrorCode::kUnsupported);
+}
+
+TEST(GpuEncoding, ServesTheBrickEdgesThatItSays) {
+  const Volume volume = zoo::specimen("blobs_u8").volume();
+  for (const std::string codec : {"csgv-nibble", "csgv-rans", "csgvr-nibble", "csgvr", "csgvr-sb"}) {
+    const Opened stream = opened(codec, volume);
+    EXPECT_EQ(stream.decoder->gpu_encoding(0, 1)->brick, 32u);
+    EXPECT_TRUE(stream.decoder->gpu_encoding(32, 1));
+    for (const std::uint32_t edge : {16u, 64u}) {
+      EXPECT_EQ(stream.decoder->gpu_encoding(edge, 1).error().code, codecs::ErrorCode::kBadArgument) << codec;
+    }
+  }
+  for (const std::string codec : {"raw", "neuroglancer"}) {
+    const Opened stream = opened(codec, volume);
+    EXPECT_EQ(stream.decoder->gpu_encoding(0, 1)->brick, 32u);
+    EXPECT_EQ(stream.decoder->gpu_encoding(8, 1)->levels, 4u);
+    for (const std::uint32_t edge : {1u, 24u, 128u}) {
+      EXPECT_EQ(stream.decoder->gpu_encoding(edge, 1).error().code, codecs::ErrorCode::kBadArgument) << codec;
+    }
+  }
+}
+
+TEST(GpuEncoding, IsTheSameForAnyNumberOfThreads) {
+  const Volume volume = zoo::specimen("odd_sides_17x130x40_u16").volume();
+  for (const Codec* codec : codecs::all_codecs()) {
+    if (!codec->traits().gpu_decodable) continue;
+    const Opened stream = opened(std::string(codec->traits().id), volume);
+    const auto one = stream.decoder->gpu_encoding(0, 1), many = stream.decoder->gpu_encoding(0, 5);
+    ASSERT_TRUE(one && many);
+    EXPECT_EQ(one->codes, many->codes);
+    EXPECT_EQ(one->constants, many->constants);
+    EXPECT_EQ(one->shared_words, many->shared_words);
+    ASSERT_EQ(one->buffers.size(), many->buffers.size());
+    for (std::size_t i = 0; i < one->buffers.size(); ++i) {
+      EXPECT_TRUE(std::ranges::equal(one->buffers[i].bytes, many->buffers[i].bytes)) << codec->traits().id << ' ' << i;
+    }
+  }
+}
+
+TEST(GpuEncoding, StoresNarrowLabelsNarrow) {
+  // u64 labels that fit in 32 bits take 32 bits in raw, and need no remap anywhere; others are remapped.
+  const Volume narrow = zoo::specimen("blobs_u64").volume(), wide = zoo::specimen("labels_above_2pow32_u64").volume();
+  for (const std::string codec : {"raw", "neuroglancer", "csgvr"}) {
+    const Opened small = opened(codec, narrow), large = opened(codec, wide);
+    EXPECT_TRUE(small.decoder->gpu_encoding(0, 1)->remap.empty()) << codec;
+    const auto encoding = large.decoder->gpu_encoding(0, 1);
+    EXPECT_FALSE(encoding->remap.empty()) << codec;
+    EXPECT_TRUE(std::ranges::is_sorted(encoding->remap)) << codec;
+    EXPECT_LT(encoding->codes.back(), encoding->remap.size()) << codec;
+  }
+  EXPECT_EQ(opened("raw", narrow).decoder->gpu_encoding(0, 1)->constants.front().second, 32u);
+}
 
 }  // namespace
 }  // namespace cvr
