@@ -13,6 +13,7 @@
 
 #include "codecs/registry.hpp"
 #include "experiments/metrics.hpp"
+#include "experiments/render_axes.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "volumes/generators/generator.hpp"
 
@@ -33,6 +34,7 @@ struct Block {
   std::vector<CodecChoice> codecs;
   std::vector<Stage> stages;
   std::vector<Threads> threads{{"1", 1}};
+  RenderAxes render;
 };
 
 std::vector<std::string> codec_ids() {
@@ -195,8 +197,8 @@ Threads read_threads(const YamlValue& value) {
 
 Block read_block(const YamlValue& value, const Catalogue& catalogue) {
   Block block;
-  value.fields(
-      {{"datasets",
+  std::vector<YamlValue::Field> fields{
+      {"datasets",
         [&](const YamlValue& v) {
           for (const YamlValue& one : v.list("data sets")) {
             block.datasets.push_back(std::make_shared<Dataset>(read_dataset(one, catalogue)));
@@ -218,7 +220,7 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
         [&](const YamlValue& v) {
           for (const YamlValue& one : v.list("stages")) {
             const auto stage = stage_from_name(one.text("a stage"));
-            if (!stage) one.expected("encode, decode or random-access");
+            if (!stage) one.expected("encode, decode, random-access or render");
             block.stages.push_back(*stage);
           }
         },
@@ -227,12 +229,16 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
           block.threads.clear();
           for (const YamlValue& one : v.list_or_one("thread counts"))
             block.threads.push_back(read_threads(one));
-        }}});
+        }}};
+  for (YamlValue::Field& field : block.render.fields()) fields.push_back(std::move(field));
+  value.fields(fields);
+  block.render.check(value, std::ranges::find(block.stages, Stage::kRender) != block.stages.end());
   return block;
 }
 
 std::string read_line_label(const YamlValue& value) {
   std::vector<std::string> labels{"dataset", "extent", "type", "codec", "parameters", "threads"};
+  for (const std::string_view label : kRenderLabels) labels.emplace_back(label);
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     for (const auto& spec : codec->parameters()) {
       if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
@@ -243,6 +249,23 @@ std::string read_line_label(const YamlValue& value) {
     value.expected(fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
   }
   return label;
+}
+
+std::string read_metric(const YamlValue& value) {
+  if (find_metric(value.text()) == nullptr)
+    value.expected("a metric ('list metrics' names them)" + did_you_mean(value.text(), metric_names()));
+  return value.text();
+}
+
+Pivot read_pivot(const YamlValue& value) {
+  Pivot pivot;
+  value.fields({{"columns",
+                 [&](const YamlValue& v) {
+                   for (const YamlValue& one : v.list("labels")) pivot.columns.push_back(read_line_label(one));
+                 },
+                 true},
+                {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v); }, true}});
+  return pivot;
 }
 
 TableSpec read_table(const YamlValue& value, const std::string& config_path) {
@@ -257,14 +280,9 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
         true},
        {"columns",
         [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("metrics")) {
-            if (find_metric(one.text()) == nullptr) {
-              one.expected("a metric ('list metrics' names them)" + did_you_mean(one.text(), metric_names()));
-            }
-            table.columns.push_back(one.text());
-          }
-        },
-        true},
+          for (const YamlValue& one : v.list("metrics")) table.columns.push_back(read_metric(one));
+        }},
+       {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v); }},
        {"where",
         [&](const YamlValue& v) {
           for (const auto& [key, glob] : v.entries())
@@ -282,6 +300,9 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
                      true},
                     {"table", [&](const YamlValue& f) { table.published_table = f.text("a name"); }, true}});
         }}});
+  if (table.columns.empty() == !table.pivot)
+    value.reject("expected one of the keys columns and pivot, found " +
+                 std::string(table.pivot ? "both" : "none"));
   if (table.name.find('/') != std::string::npos)
     value.reject("expected a table name without '/', found " + table.name);
   return table;
@@ -313,6 +334,7 @@ std::vector<YamlValue::Field> simple_fields(Config& config) {
       {"timeout_s", [&](const YamlValue& v) { config.timeout_s = v.number(0.01, 1e7); }},
       {"memory_limit_gib", [&](const YamlValue& v) { config.memory_limit_gib = v.number(0.001, 1e6); }},
       {"seed", [&](const YamlValue& v) { config.seed = v.integer(0, UINT64_MAX); }},
+      {"device", [&](const YamlValue& v) { config.device = v.text("an index, a name or a type"); }},
       {"lods",
        [&](const YamlValue& v) {
          config.lods.clear();
@@ -339,6 +361,17 @@ void apply_setting(const std::string& setting, Config& config) {
   field->read(YamlValue::from_text(setting.substr(equals + 1), "--set " + key));
 }
 
+/// The threads of such cells are those that prepare the picture, as many as there are cores; no time depends on them.
+template <class Add>
+void add_render_cells(const Block& block, const std::shared_ptr<const Dataset>& dataset, const CodecChoice& choice,
+                      const std::string& device, const Add& add) {
+  const auto& traits = choice.codec->traits();
+  const Threads all{"all", std::max(1u, std::thread::hardware_concurrency())};
+  for (RenderChoice& render : block.render.choices(choice.parameters, device)) {
+    add({dataset, std::string(traits.id), traits.version, choice.parameters, Stage::kRender, all, std::move(render)});
+  }
+}
+
 std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config) {
   std::vector<Cell> cells;
   std::set<std::string> seen;
@@ -356,6 +389,10 @@ std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config)
         dataset = scaled;
       }
       for (const Stage stage : block.stages) {
+        if (stage == Stage::kRender) {
+          for (const CodecChoice& choice : block.codecs) add_render_cells(block, dataset, choice, config.device, add);
+          continue;
+        }
         for (const Threads& threads : block.threads) {
           if (stage != Stage::kRandomAccess) add({dataset, std::string(kMemcpy), 1, {}, stage, threads});
           for (const CodecChoice& choice : block.codecs) {
@@ -379,6 +416,14 @@ std::string hash_config(const std::string& path, const std::vector<std::string>&
 }
 
 }  // namespace
+
+bool TableSpec::renders() const {
+  const auto is_render_label = [](const std::string& name) {
+    return std::ranges::find(kRenderLabels, name) != kRenderLabels.end();
+  };
+  return std::ranges::any_of(rows, is_render_label) || (pivot && std::ranges::any_of(pivot->columns, is_render_label)) ||
+         std::ranges::any_of(where, [&](const auto& condition) { return is_render_label(condition.first); });
+}
 
 Config load_config(const std::string& path, const Catalogue& catalogue,
                    const std::vector<std::string>& settings) {
@@ -405,6 +450,13 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
   config.hash = hash_config(path, settings);
   config.cells = expand(blocks, config);
   return config;
+}
+
+void choose_device(Config& config, const std::string& device) {
+  config.device = device;
+  for (Cell& cell : config.cells) {
+    if (cell.render) cell.render->device = device;
+  }
 }
 
 }  // namespace cvr::experiments
