@@ -103,17 +103,18 @@ CVR_FUNC void cvr_symbols_begin_finest(Words words, SerialBrick brick, CVR_INOUT
   cvr_symbols_state(words, cursor);
 }
 
+CVR_FUNC void cvr_symbols_renormalise(Words words, CVR_INOUT(SymbolCursor) cursor) {
+  if (cursor.state >= CVR_RANS_LOWER_BOUND || cursor.next >= cursor.end) return;
+  cursor.state = (cursor.state << 8) | cvr_symbols_byte(words, cursor.next);
+  cursor.next += 1u;
+}
+
 CVR_FUNC uint cvr_symbols_next(Words words, Global tables, CVR_INOUT(SymbolCursor) cursor) {
   uint slot = cvr_read_global(tables, cursor.first_slot + (cursor.state & 0x3fffu));
   cursor.state = (((slot >> 4) & 0x3fffu) + 1u) * (cursor.state >> 14) + (slot >> 18);
-  while (cursor.state < CVR_RANS_LOWER_BOUND) {
-    if (cursor.next >= cursor.end) {
-      cursor.state |= CVR_RANS_LOWER_BOUND;
-      break;
-    }
-    cursor.state = (cursor.state << 8) | cvr_symbols_byte(words, cursor.next);
-    cursor.next += 1u;
-  }
+  // A state of at least 2^23 is at least 2^9 now: two bytes are enough.
+  cvr_symbols_renormalise(words, cursor);
+  cvr_symbols_renormalise(words, cursor);
   return slot & 15u;
 }
 
