@@ -33,6 +33,8 @@ struct GpuEncoding {
   bool serial = false;        ///< the text decodes whole bricks in one sweep
   /// Words that a subgroup would copy to shared memory for the largest brick; 0: the encoding has no such piece.
   std::uint32_t shared_words = 0;
+  /// Iterations of loops, at most or nearly: of one cell, of one brick in one sweep. Some drivers bound them (gpu/vulkan/device.hpp).
+  std::uint32_t cell_loops = 1, brick_loops = 0;
   std::vector<std::uint32_t> codes;          ///< every label code of the volume, ascending
   std::span<const std::uint64_t> remap;      ///< label of each code; empty: a code is the label
 };

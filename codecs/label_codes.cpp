@@ -89,6 +89,7 @@ void assign_codes(const std::vector<std::uint64_t>& labels, GpuEncoding& encodin
     encoding.codes[i] = static_cast<std::uint32_t>(wide ? i : labels[i]);
   }
   if (!wide) return;
+  encoding.cell_loops += 32;  // binary search
   auto remap = std::make_shared<volumes::Buffer>();
   remap->append(labels.data(), labels.size() * sizeof labels[0]);
   encoding.remap = {reinterpret_cast<const std::uint64_t*>(remap->data()), labels.size()};

@@ -257,9 +257,10 @@ Expected<std::vector<PassTime>> Renderer::set_scene(const Scene& scene) {
   my.commands.pass("clear");
   my.cache->clear(my.commands, true);
   my.commands.pass("visibility");
-  const std::uint64_t groups = std::min<std::uint64_t>((my.grid.voxels() + 7) / 8, my.device.limits().groups);
-  my.commands.dispatch(*my.visibility, static_cast<std::uint32_t>(groups),
-                       {static_cast<std::uint32_t>(f.bricks), static_cast<std::uint32_t>(f.bricks >> 32), 0, 0});
+  my.commands.fill(my.bricks, 0, my.bricks.bytes(), 0);
+  const std::uint64_t groups =
+      std::min<std::uint64_t>((my.grid.voxels() * my.encoding.brick + 63) / 64, my.device.limits().groups);
+  my.commands.dispatch(*my.visibility, static_cast<std::uint32_t>(groups));
   auto times = my.commands.submit();
   my.bricks.read(0, std::as_writable_bytes(std::span(my.visible)));
   return times;

@@ -34,6 +34,7 @@ class NibbleFormat final : public BrickFormat {
 
   void describe_to_gpu(GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
+    if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
     encoding.constants = {{"CVR_CSGV_RANS", 0u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
   }
 

@@ -108,6 +108,7 @@ class RansFormat final : public BrickFormat {
 
   void describe_to_gpu(GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
+    if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
     encoding.constants = {{"CVR_CSGV_RANS", 1u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
     auto slots = std::make_shared<Buffer>();
     for (const RansTable& table : tables_) {

@@ -38,7 +38,10 @@ class CsgvrNibbleFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
-  void describe_to_gpu(GpuEncoding& encoding) const override { encoding.decoder = "csgvr_nibble"; }
+  void describe_to_gpu(GpuEncoding& encoding) const override {
+    encoding.decoder = "csgvr_nibble";
+    encoding.cell_loops += nodes_of_level(encoding.levels - 1) / (7 * CVR_NIBBLE_WORDS) + 1;  // eight nodes a word
+  }
 
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,

@@ -1,6 +1,7 @@
 // `brick`: one invocation decodes one brick; and what all brick caches share.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "gpu/caches/brick_cache.hpp"
@@ -68,6 +69,11 @@ void BrickCache::make_kernels() {
                                      management_kernel(setting_, "assign", "shaders/caches/brick_assign.comp"));
   const std::uint32_t width = device.limits().subgroup;
   bricks_a_group_ = decoding_ == BrickDecoding::kSerial ? width : 1;
+  const bool sweeps = decoding_ == BrickDecoding::kSerial && setting_.encoding.serial;
+  const std::uint64_t cells = std::uint64_t{1} << (3 * (setting_.encoding.levels - 1));
+  const std::uint64_t invocations = decoding_ == BrickDecoding::kSerial ? 1 : width;
+  const std::uint64_t turns = std::max(1u, device.limits().loop_iterations / 2 / (setting_.encoding.cell_loops + 1));
+  cells_a_part_ = static_cast<std::uint32_t>(sweeps ? cells : std::min(cells, turns * invocations));
   KernelSource decode = management_kernel(setting_, "decode " + setting_.encoding.decoder, "shaders/shared/morton.glsl");
   decode.definitions.emplace_back("CVR_DECODE_WIDTH", fmt::format("{}u", width));
   if (setting_.instrumented) decode.definitions.emplace_back("CVR_INSTRUMENTED", "1");
@@ -119,7 +125,9 @@ void BrickCache::record(Commands& commands, std::uint32_t frame) {
   commands.pass("assign");
   commands.dispatch(*assign_, groups, {bricks_a_group_, setting_.device.limits().groups, 0, 0});
   commands.pass("decode");
-  commands.dispatch_indirect(*decode_, control_, 4 * CVR_CONTROL_GROUPS);
+  const std::uint32_t cells = 1u << (3 * (setting_.encoding.levels - 1));
+  for (std::uint32_t first = 0; first < cells; first += cells_a_part_)
+    commands.dispatch_indirect(*decode_, control_, 4 * CVR_CONTROL_GROUPS, {first, cells_a_part_, 0, 0});
 }
 
 CacheReport BrickCache::report() {
@@ -143,8 +151,11 @@ CacheTraits brick_cache() {
           .summary = "whole bricks, each decoded by one invocation, a frame late",
           .sized = true,
           .placeholders = true,
-          .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits&) {
-            return encoding.serial || encoding.voxel_access ? std::string() : "the codec has no decoder for bricks";
+          .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits& limits) -> std::string {
+            if (!encoding.serial) return encoding.voxel_access ? "" : "the codec has no decoder for bricks";
+            if (encoding.brick_loops <= limits.loop_iterations) return "";
+            return fmt::format("a brick takes up to {} iterations of loops, the driver ends an invocation's loops after {}",
+                               encoding.brick_loops, limits.loop_iterations);
           },
           .make = [](const CacheSetting& setting) { return BrickCache::make(setting, BrickDecoding::kSerial); }};
 }

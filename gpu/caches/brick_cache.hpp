@@ -36,6 +36,7 @@ class BrickCache final : public Cache {
   CacheSetting setting_;
   BrickDecoding decoding_;
   std::uint32_t bricks_ = 0, units_ = 0, bricks_a_group_ = 1;
+  std::uint32_t cells_a_part_ = 0;  ///< of a brick, in one dispatch of the decoding pass
   Relief relief_ = Relief::kNone;
   DeviceBuffer cache_, state_, control_, stacks_, list_;
   std::unique_ptr<Kernel> provision_, assign_, decode_;

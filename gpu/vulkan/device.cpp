@@ -101,6 +101,7 @@ struct Features {
 struct Candidate {
   VkPhysicalDevice physical;
   DeviceReport report;
+  VkDriverId driver{};
   std::uint32_t family = 0, timestamp_bits = 0;
 };
 
@@ -140,6 +141,7 @@ Candidate examine(VkPhysicalDevice physical, std::uint32_t index) {
   VkPhysicalDeviceDriverProperties driver{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &maintenance};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
   vkGetPhysicalDeviceProperties2(physical, &properties);
+  candidate.driver = driver.driverID;
   DeviceReport& report = candidate.report;
   report.name = properties.properties.deviceName;
   report.type = type_of(properties.properties.deviceType);
@@ -254,7 +256,8 @@ Device::Device(const DeviceOptions& options) {
     vkGetPhysicalDeviceProperties(physical_, &properties);
     period_ = static_cast<double>(properties.limits.timestampPeriod);
     limits_ = {report_.largest_allocation, report_.memory, report_.shared_memory, report_.subgroup,
-               properties.limits.maxComputeWorkGroupCount[0]};
+               properties.limits.maxComputeWorkGroupCount[0],
+               chosen.driver == VK_DRIVER_ID_MESA_LLVMPIPE ? 65535u : UINT32_MAX};
     const float priority = 1;
     const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
                                         .queueFamilyIndex = family_,

@@ -46,6 +46,9 @@ struct DeviceLimits {
   std::uint32_t shared_memory;
   std::uint32_t subgroup;
   std::uint32_t groups;  ///< workgroups along x of one dispatch
+  /// Iterations of all loops of an invocation together; the driver silently ends loops beyond. Mesa's llvmpipe has this bound
+  /// (LP_MAX_TGSI_LOOP_ITERATIONS); no Vulkan query tells it. UINT32_MAX: none known.
+  std::uint32_t loop_iterations;
 };
 
 class Device {

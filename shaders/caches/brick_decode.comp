@@ -2,17 +2,29 @@
 //   CVR_DECODE_SERIAL       one invocation a brick, by the codec's serial decoder or, where it has none, cell by cell
 //   CVR_DECODE_COOPERATIVE  one subgroup (= workgroup) a brick, each invocation every n-th cell; with CVR_WORDS_SHARED it copies what is read
 //                           over and over to shared memory first
+// Where a driver bounds loops, a brick is decoded in parts by several dispatches: cells cvr_push.x to cvr_push.x + cvr_push.y.
 #include "shaders/caches/brick_state.glsl"
 
 layout(local_size_x = CVR_DECODE_WIDTH) in;
 
+#if !defined(CVR_DECODE_SERIAL) || !defined(CVR_HAS_SERIAL)
 void cvr_decode_cells(uvec3 brick, uint lod, Labels labels, uint first, uint stride) {
   uint shift = CVR_BRICK_SHIFT - lod;
   uvec3 cells = (cvr_extent() + ((1u << lod) - 1u)) >> lod;
-  for (uint n = first; n < 1u << (3u * shift); n += stride) {
+  uint end = min(1u << (3u * shift), cvr_push.x + cvr_push.y);
+  for (uint n = cvr_push.x + first; n < end; n += stride) {
     uvec3 cell = (brick << shift) + uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
     if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(cell, lod));
   }
+}
+#endif
+
+void cvr_count_brick(uint lod) {
+#ifdef CVR_INSTRUMENTED
+  if (cvr_push.x > 0u) return;
+  CVR_COUNT(CVR_COUNT_BRICKS_DECODED, 1);
+  CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1u << (3u * (CVR_BRICK_SHIFT - lod)));
+#endif
 }
 
 void main() {
@@ -23,8 +35,7 @@ void main() {
     uint index = Words32(cvr_frame.cache[4]).w[i];
     Labels labels = cvr_region(state.w[cvr_unit_address(index)]);
     uint lod = state.w[cvr_level_address(index)];
-    CVR_COUNT(CVR_COUNT_BRICKS_DECODED, 1);
-    CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1u << (3u * (CVR_BRICK_SHIFT - lod)));
+    cvr_count_brick(lod);
 #ifdef CVR_HAS_SERIAL
     cvr_decode_brick(cvr_brick_at(index), lod, labels);
 #else
@@ -36,10 +47,7 @@ void main() {
     uint index = Words32(cvr_frame.cache[4]).w[i];
     uvec3 brick = cvr_brick_at(index);
     uint lod = state.w[cvr_level_address(index)];
-    if (gl_LocalInvocationID.x == 0u) {
-      CVR_COUNT(CVR_COUNT_BRICKS_DECODED, 1);
-      CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1u << (3u * (CVR_BRICK_SHIFT - lod)));
-    }
+    if (gl_LocalInvocationID.x == 0u) cvr_count_brick(lod);
 #ifdef CVR_WORDS_SHARED
     barrier();
     Global source = cvr_shared_source(brick);

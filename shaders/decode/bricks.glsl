@@ -33,10 +33,10 @@ CVR_FUNC uint cvr_decode_root(uvec3 brick) {
   return cvr_read_global(cvr_brick_global(brick), cvr_brick_word_count(brick) - 1u);
 }
 
-CVR_FUNC bool cvr_decode_visible(uvec3 brick) {
+CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
   Global words = cvr_brick_global(brick);
   uint end = cvr_brick_word_count(brick);
-  for (uint i = end - cvr_brick_palette_size(words); i < end; ++i) {
+  for (uint i = end - cvr_brick_palette_size(words) + part; i < end; i += 1u << uint(CVR_BRICK_SHIFT)) {
     if (cvr_code_visible(cvr_read_global(words, i))) return true;
   }
   return false;

@@ -2,19 +2,19 @@
 
 CVR_FUNC uint cvr_decode_root(uvec3 brick) { return cvr_decode_cell(brick, uint(CVR_BRICK_SHIFT)); }
 
-CVR_FUNC bool cvr_decode_visible(uvec3 brick) {
+CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
   uvec3 first = brick << uint(CVR_BRICK_SHIFT);
+  first.z += part;
   uvec3 end = min(first + (1u << uint(CVR_BRICK_SHIFT)), cvr_extent());
+  if (first.z >= end.z) return false;
   uint last = cvr_decode_cell(first, 0u);
   if (cvr_code_visible(last)) return true;
-  for (uint z = first.z; z < end.z; ++z) {
-    for (uint y = first.y; y < end.y; ++y) {
-      for (uint x = first.x; x < end.x; ++x) {
-        uint code = cvr_decode_cell(uvec3(x, y, z), 0u);
-        if (code == last) continue;
-        if (cvr_code_visible(code)) return true;
-        last = code;
-      }
+  for (uint y = first.y; y < end.y; ++y) {
+    for (uint x = first.x; x < end.x; ++x) {
+      uint code = cvr_decode_cell(uvec3(x, y, first.z), 0u);
+      if (code == last) continue;
+      if (cvr_code_visible(code)) return true;
+      last = code;
     }
   }
   return false;

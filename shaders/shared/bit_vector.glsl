@@ -27,9 +27,11 @@ CVR_FUNC uint cvr_rank1(Words words, BitVector v, uint i) {
   if (sub_block > 0u) count += uint(entry >> (9u + 11u * sub_block)) & 0x7ffu;
   uint at = v.bits_at + 2u * (block * 20u + sub_block * 4u);
   uint rest = i - block * CVR_RANK_BLOCK_BITS - sub_block * CVR_RANK_SUB_BLOCK_BITS;
-  for (; rest >= 64u; rest -= 64u) {
+  CVR_UNROLL for (uint k = 0u; k < 3u; ++k) {
+    if (rest < 64u) break;
     count += cvr_popcount(cvr_word64(words, at));
     at += 2u;
+    rest -= 64u;
   }
   if (rest > 0u) count += cvr_popcount(cvr_word64(words, at) << (64u - rest));
   return count;

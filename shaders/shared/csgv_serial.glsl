@@ -247,7 +247,8 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
       uint at = n << (shift + 3u);
       uint parent_label = cvr_load(labels, at);
       uint parent_stop = cvr_load(labels, at + 1u);
-      for (uint child = 8u * n; child < 8u * n + 8u; ++child) {
+      CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
+        uint child = 8u * n + c;
         uint label = parent_label;
         uint stop = parent_stop;
         bool coded = stop == 0u;

@@ -11,17 +11,22 @@ CVR_FUNC uint cvr_nibble(Words words, uint first_word, uint i) {
   return (cvr_read(words, first_word + (i >> 3)) >> (4u * (i & 7u))) & 15u;
 }
 
+#define CVR_NIBBLE_WORDS 16u  // counted in one iteration
+
 // "Advance" operations among the nibbles [0, i).
 CVR_FUNC uint cvr_nibble_advances(Words words, uint first_word, uint i) {
   uint count = 0u;
-  for (uint word = 0u; word <= (i >> 3); ++word) {
-    uint left = i - 8u * word;
-    if (left == 0u) break;
-    uint x = cvr_read(words, first_word + word) ^ 0x44444444u;  // a nibble is zero where the operation is "advance"
-    uint non_zero = (x | (x >> 1) | (x >> 2) | (x >> 3)) & 0x11111111u;
-    uint advances = non_zero ^ 0x11111111u;
-    if (left < 8u) advances &= (1u << (4u * left)) - 1u;
-    count += cvr_popcount(uint64_t(advances));
+  for (uint group = 0u; group < i; group += 8u * CVR_NIBBLE_WORDS) {
+    CVR_UNROLL for (uint k = 0u; k < CVR_NIBBLE_WORDS; ++k) {
+      uint before = group + 8u * k;
+      if (before >= i) break;
+      uint left = i - before;
+      uint x = cvr_read(words, first_word + (before >> 3)) ^ 0x44444444u;  // a nibble is zero where the operation is "advance"
+      uint non_zero = (x | (x >> 1) | (x >> 2) | (x >> 3)) & 0x11111111u;
+      uint advances = non_zero ^ 0x11111111u;
+      if (left < 8u) advances &= (1u << (4u * left)) - 1u;
+      count += cvr_popcount(uint64_t(advances));
+    }
   }
   return count;
 }

@@ -10,6 +10,7 @@
 //   Labels  an array of label codes in device memory that is written and read
 //
 //   CVR_FUNC        before every function (inline in C++)
+//   CVR_UNROLL      before a loop of constant length: some drivers bound the iterations of all loops of an invocation
 //   CVR_OUT(T)      an output parameter
 //   CVR_INOUT(T)    a parameter that is read and written
 //   uint, uint64_t  unsigned integers of 32 and 64 bits
@@ -19,6 +20,7 @@
 #ifdef __cplusplus
 
 #define CVR_FUNC inline
+#define CVR_UNROLL
 #define CVR_OUT(T) T&
 #define CVR_INOUT(T) T&
 #define CVR_TOUCH_WORD()
@@ -40,6 +42,7 @@ CVR_FUNC uint cvr_popcount(uint64_t bits) { return static_cast<uint>(std::popcou
 #else
 
 #define CVR_FUNC
+#define CVR_UNROLL [[unroll]]
 #define CVR_OUT(T) out T
 #define CVR_INOUT(T) inout T
 

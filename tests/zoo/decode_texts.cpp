@@ -114,7 +114,7 @@ namespace csgvr_nibble {
 /// The functions of one text.
 struct Entry {
   uint (*root)(uvec3);
-  bool (*visible)(uvec3);
+  bool (*visible)(uvec3, uint);
   uint (*cell)(uvec3, uint);
   void (*brick)(uvec3, uint, Labels);
 };
@@ -185,7 +185,10 @@ std::uint32_t DecodeText::root(const volumes::Coordinate& brick) const {
 bool DecodeText::visible(const volumes::Coordinate& brick, const std::function<bool(std::uint32_t)>& shown) const {
   const shaders::Entry entry = bind(encoding_, buffers_, extent_, grid_);
   shaders::bound.shown = &shown;
-  return entry.visible(narrow(brick));
+  for (uint part = 0; part < bound.encoding->brick; ++part) {
+    if (entry.visible(narrow(brick), part)) return true;
+  }
+  return false;
 }
 
 std::uint32_t DecodeText::cell(const volumes::Coordinate& cell, unsigned lod) const {

@@ -21,6 +21,7 @@ using codecs::GpuEncoding;
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPrelude = R"(#version 460
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -52,7 +53,7 @@ uint hops_counted = 0u;
 constexpr std::string_view kMain = R"(
 void main() {
   uvec3 brick = gl_WorkGroupID;
-  uint sum = cvr_decode_root(brick) + (cvr_decode_visible(brick) ? 1u : 0u);
+  uint sum = cvr_decode_root(brick) + (cvr_decode_visible(brick, 0u) ? 1u : 0u);
 #ifdef CVR_WORDS_SHARED
   Global source = cvr_shared_source(brick);
   for (uint i = gl_LocalInvocationIndex; i < cvr_shared_words(brick); i += 32u) cvr_shared[i] = cvr_read_global(source, i);
