@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "codecs/registry.hpp"
-#include "experiments/metrics.hpp"
 #include "experiments/render_axes.hpp"
+#include "experiments/table_spec.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "volumes/generators/generator.hpp"
 
@@ -199,113 +199,41 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
   Block block;
   std::vector<YamlValue::Field> fields{
       {"datasets",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("data sets")) {
-            block.datasets.push_back(std::make_shared<Dataset>(read_dataset(one, catalogue)));
-          }
-        },
-        true},
-       {"codecs",
-        [&](const YamlValue& v) {
-          if (v.is_scalar() && v.text() == "all") {
-            for (const codecs::Codec* codec : codecs::all_codecs()) {
-              block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
-            }
-            return;
-          }
-          for (const YamlValue& one : v.list("codecs, or all")) read_codec(one, block.codecs);
-        },
-        true},
-       {"stages",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("stages")) {
-            const auto stage = stage_from_name(one.text("a stage"));
-            if (!stage) one.expected("encode, decode, random-access or render");
-            block.stages.push_back(*stage);
-          }
-        },
-        true},
-       {"threads", [&](const YamlValue& v) {
-          block.threads.clear();
-          for (const YamlValue& one : v.list_or_one("thread counts"))
-            block.threads.push_back(read_threads(one));
-        }}};
+       [&](const YamlValue& v) {
+         for (const YamlValue& one : v.list("data sets")) {
+           block.datasets.push_back(std::make_shared<Dataset>(read_dataset(one, catalogue)));
+         }
+       },
+       true},
+      {"codecs",
+       [&](const YamlValue& v) {
+         if (v.is_scalar() && v.text() == "all") {
+           for (const codecs::Codec* codec : codecs::all_codecs()) {
+             block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
+           }
+           return;
+         }
+         for (const YamlValue& one : v.list("codecs, or all")) read_codec(one, block.codecs);
+       },
+       true},
+      {"stages",
+       [&](const YamlValue& v) {
+         for (const YamlValue& one : v.list("stages")) {
+           const auto stage = stage_from_name(one.text("a stage"));
+           if (!stage) one.expected("encode, decode, random-access or render");
+           block.stages.push_back(*stage);
+         }
+       },
+       true},
+      {"threads", [&](const YamlValue& v) {
+         block.threads.clear();
+         for (const YamlValue& one : v.list_or_one("thread counts"))
+           block.threads.push_back(read_threads(one));
+       }}};
   for (YamlValue::Field& field : block.render.fields()) fields.push_back(std::move(field));
   value.fields(fields);
   block.render.check(value, std::ranges::find(block.stages, Stage::kRender) != block.stages.end());
   return block;
-}
-
-std::string read_line_label(const YamlValue& value) {
-  std::vector<std::string> labels{"dataset", "extent", "type", "codec", "parameters", "threads"};
-  for (const std::string_view label : kRenderLabels) labels.emplace_back(label);
-  for (const codecs::Codec* codec : codecs::all_codecs()) {
-    for (const auto& spec : codec->parameters()) {
-      if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
-    }
-  }
-  const std::string label = value.text("a label");
-  if (std::ranges::find(labels, label) == labels.end()) {
-    value.expected(fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
-  }
-  return label;
-}
-
-std::string read_metric(const YamlValue& value) {
-  if (find_metric(value.text()) == nullptr)
-    value.expected("a metric ('list metrics' names them)" + did_you_mean(value.text(), metric_names()));
-  return value.text();
-}
-
-Pivot read_pivot(const YamlValue& value) {
-  Pivot pivot;
-  value.fields({{"columns",
-                 [&](const YamlValue& v) {
-                   for (const YamlValue& one : v.list("labels")) pivot.columns.push_back(read_line_label(one));
-                 },
-                 true},
-                {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v); }, true}});
-  return pivot;
-}
-
-TableSpec read_table(const YamlValue& value, const std::string& config_path) {
-  TableSpec table;
-  value.fields(
-      {{"name", [&](const YamlValue& v) { table.name = v.text("a name"); }, true},
-       {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
-       {"rows",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(read_line_label(one));
-        },
-        true},
-       {"columns",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("metrics")) table.columns.push_back(read_metric(one));
-        }},
-       {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v); }},
-       {"where",
-        [&](const YamlValue& v) {
-          for (const auto& [key, glob] : v.entries())
-            table.where.emplace_back(key.text(), glob.text("a glob"));
-        }},
-       {"published", [&](const YamlValue& v) {
-          v.fields({{"file",
-                     [&](const YamlValue& f) {
-                       const auto beside =
-                           std::filesystem::path(config_path).parent_path() / f.text("a path");
-                       table.published_file = beside.lexically_normal().string();
-                       if (!std::filesystem::exists(table.published_file))
-                         f.expected("a file at " + table.published_file);
-                     },
-                     true},
-                    {"table", [&](const YamlValue& f) { table.published_table = f.text("a name"); }, true}});
-        }}});
-  if (table.columns.empty() == !table.pivot)
-    value.reject("expected one of the keys columns and pivot, found " +
-                 std::string(table.pivot ? "both" : "none"));
-  if (table.name.find('/') != std::string::npos)
-    value.reject("expected a table name without '/', found " + table.name);
-  return table;
 }
 
 TestFault read_fault(const YamlValue& value) {
@@ -363,12 +291,13 @@ void apply_setting(const std::string& setting, Config& config) {
 
 /// The threads of such cells are those that prepare the picture, as many as there are cores; no time depends on them.
 template <class Add>
-void add_render_cells(const Block& block, const std::shared_ptr<const Dataset>& dataset, const CodecChoice& choice,
-                      const std::string& device, const Add& add) {
+void add_render_cells(const Block& block, const std::shared_ptr<const Dataset>& dataset,
+                      const CodecChoice& choice, const std::string& device, const Add& add) {
   const auto& traits = choice.codec->traits();
   const Threads all{"all", std::max(1u, std::thread::hardware_concurrency())};
   for (RenderChoice& render : block.render.choices(choice.parameters, device)) {
-    add({dataset, std::string(traits.id), traits.version, choice.parameters, Stage::kRender, all, std::move(render)});
+    add({dataset, std::string(traits.id), traits.version, choice.parameters, Stage::kRender, all,
+         std::move(render)});
   }
 }
 
@@ -390,7 +319,8 @@ std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config)
       }
       for (const Stage stage : block.stages) {
         if (stage == Stage::kRender) {
-          for (const CodecChoice& choice : block.codecs) add_render_cells(block, dataset, choice, config.device, add);
+          for (const CodecChoice& choice : block.codecs)
+            add_render_cells(block, dataset, choice, config.device, add);
           continue;
         }
         for (const Threads& threads : block.threads) {
@@ -416,14 +346,6 @@ std::string hash_config(const std::string& path, const std::vector<std::string>&
 }
 
 }  // namespace
-
-bool TableSpec::renders() const {
-  const auto is_render_label = [](const std::string& name) {
-    return std::ranges::find(kRenderLabels, name) != kRenderLabels.end();
-  };
-  return std::ranges::any_of(rows, is_render_label) || (pivot && std::ranges::any_of(pivot->columns, is_render_label)) ||
-         std::ranges::any_of(where, [&](const auto& condition) { return is_render_label(condition.first); });
-}
 
 Config load_config(const std::string& path, const Catalogue& catalogue,
                    const std::vector<std::string>& settings) {

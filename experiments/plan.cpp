@@ -82,8 +82,9 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, 
     if (!filter.keeps(cell)) continue;
     PlannedCell planned;
     planned.cell = cell;
-    const std::string place = fmt::format("{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
-                                          cell.dataset->exchange_axes);
+    const std::string place =
+        fmt::format("{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
+                    cell.dataset->exchange_axes);
     auto& location = locations[place];
     if (!location) location = std::make_shared<Location>(locate(*cell.dataset, places));
     planned.location = location;

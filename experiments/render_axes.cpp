@@ -54,7 +54,8 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
          for (const YamlValue& one : v.list("scenes")) {
            try {
              const std::string path = find_scene(one.text("the name of a scene, or of its file"));
-             scenes_.push_back({one.text(), std::filesystem::absolute(path).string(), hash_of_file(path), load_scene(path)});
+             scenes_.push_back({one.text(), std::filesystem::absolute(path).string(), hash_of_file(path),
+                                load_scene(path)});
            } catch (const InputError& error) {
              one.reject(error.what());
            }
@@ -75,7 +76,8 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
       {"cache_mib",
        [this](const YamlValue& v) {
          cache_mib_.clear();
-         for (const YamlValue& one : v.list_or_one("sizes in MiB")) cache_mib_.push_back(one.integer(1, kMostMib));
+         for (const YamlValue& one : v.list_or_one("sizes in MiB"))
+           cache_mib_.push_back(one.integer(1, kMostMib));
        }},
       {"lod_bias",
        [this](const YamlValue& v) {
@@ -113,7 +115,8 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
 
 void RenderAxes::check(const YamlValue& block, bool renders) const {
   if (!renders && !given_.empty())
-    block.reject(fmt::format("expected the stage render beside the key {}, found other stages alone", given_.front()));
+    block.reject(
+        fmt::format("expected the stage render beside the key {}, found other stages alone", given_.front()));
   if (!renders) return;
   if (scenes_.empty()) block.reject("expected the key scenes, which the stage render needs, found none");
   if (caches_.empty()) block.reject("expected the key caches, which the stage render needs, found none");
@@ -139,7 +142,8 @@ RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& acces
   return choice;
 }
 
-std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& parameters, const std::string& device) const {
+std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& parameters,
+                                              const std::string& device) const {
   std::vector<RenderChoice> all;
   const auto own_brick = parameters.values().find("brick");
   const auto add = [&](RenderChoice choice) {

@@ -26,8 +26,8 @@ class RenderAxes {
     std::string name, path, hash;
     gpu::Scene scene;
   };
-  RenderChoice make(const SceneChoice& scene, const std::string& access, gpu::Shading shading, std::uint64_t cache_mib,
-                    double lod_bias, std::uint32_t samples) const;
+  RenderChoice make(const SceneChoice& scene, const std::string& access, gpu::Shading shading,
+                    std::uint64_t cache_mib, double lod_bias, std::uint32_t samples) const;
 
   std::vector<std::string> given_;  ///< keys that the block has
   std::vector<SceneChoice> scenes_;

@@ -20,17 +20,19 @@ std::string cache_text(const RenderChoice& choice) {
 }  // namespace
 
 std::string RenderChoice::key() const {
-  return fmt::format("{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|error={}", scene, access,
-                     gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
-                     jump_frames, picture_error ? 1 : 0);
+  return fmt::format("{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|error={}",
+                     scene, access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias,
+                     ao_samples, brick, jump_frames, picture_error ? 1 : 0);
 }
 
-std::string RenderChoice::identity() const { return fmt::format("{}|scene={}|device={}", key(), scene_hash, device); }
+std::string RenderChoice::identity() const {
+  return fmt::format("{}|scene={}|device={}", key(), scene_hash, device);
+}
 
 std::string RenderChoice::describe() const {
   std::string text = fmt::format("scene {}, {}{}, {}, {}x{}", scene, access,
-                                 cache_mib == 0 ? "" : fmt::format(" {} MiB", cache_mib), gpu::name_of(shading),
-                                 width, height);
+                                 cache_mib == 0 ? "" : fmt::format(" {} MiB", cache_mib),
+                                 gpu::name_of(shading), width, height);
   if (lod_bias != 0) text += fmt::format(", lod bias {}", lod_bias);
   if (ao_samples > 1) text += fmt::format(", {} samples", ao_samples);
   return text;

@@ -17,8 +17,8 @@
 namespace cvr::experiments {
 
 /// The names under which tables, filters and conditions know the values of a choice.
-inline constexpr std::array<std::string_view, 8> kRenderLabels{"scene",    "cache",      "shading", "cache_mib",
-                                                               "lod_bias", "ao_samples", "size",    "frames"};
+inline constexpr std::array<std::string_view, 8> kRenderLabels{
+    "scene", "cache", "shading", "cache_mib", "lod_bias", "ao_samples", "size", "frames"};
 
 struct RenderChoice {
   std::string scene;       ///< as the configuration names it

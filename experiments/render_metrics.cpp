@@ -29,11 +29,14 @@ std::string number(L line, const char* pointer, int digits, double factor = 1) {
 
 /// Four significant digits: frames take from microseconds to seconds.
 std::string milliseconds(L line, const char* pointer) {
-  return from_render(line, pointer, [](const Row& value) { return fmt::format("{:.4g}", value.get<double>()); });
+  return from_render(line, pointer,
+                     [](const Row& value) { return fmt::format("{:.4g}", value.get<double>()); });
 }
 
 /// A PSNR has no number where the pictures are equal.
-std::string psnr(const Row& value) { return value.is_number() ? fmt::format("{:.1f}", value.get<double>()) : "exact"; }
+std::string psnr(const Row& value) {
+  return value.is_number() ? fmt::format("{:.1f}", value.get<double>()) : "exact";
+}
 
 std::string start_seconds(L line) {
   return from_render(line, "/start", [](const Row& start) {
@@ -55,7 +58,8 @@ std::string of_each_jump_frame(L line, const std::function<std::string(const Row
 
 std::span<const Metric> render_metrics() {
   static const Metric kMetrics[] = {
-      {"frame_ms", "frame ms", "mean device time of a frame over the camera path, which begins with an empty cache",
+      {"frame_ms", "frame ms",
+       "mean device time of a frame over the camera path, which begins with an empty cache",
        [](L l) { return milliseconds(l, "/frames/mean_ms"); }},
       {"frame_median_ms", "median ms", "median device time of a frame of the path",
        [](L l) { return milliseconds(l, "/frames/median_ms"); }},
@@ -63,18 +67,23 @@ std::span<const Metric> render_metrics() {
        [](L l) { return milliseconds(l, "/frames/p95_ms"); }},
       {"frame_p99_ms", "p99 ms", "99 % of the path's frames take at most this long",
        [](L l) { return milliseconds(l, "/frames/p99_ms"); }},
-      {"first_frame_ms", "first frame ms", "device time of the path's first frame, with an empty cache, median of the rounds",
+      {"first_frame_ms", "first frame ms",
+       "device time of the path's first frame, with an empty cache, median of the rounds",
        [](L l) { return milliseconds(l, "/frames/first_frame_ms"); }},
-      {"host_ms", "host ms", "median wall time of a frame as the program sees it: recording, submission, device, waiting",
+      {"host_ms", "host ms",
+       "median wall time of a frame as the program sees it: recording, submission, device, waiting",
        [](L l) { return milliseconds(l, "/frames/host_median_ms"); }},
-      {"published_frame_ms", "published ms", "the mean ms a frame that the publication states, on its GPU and its volume",
+      {"published_frame_ms", "published ms",
+       "the mean ms a frame that the publication states, on its GPU and its volume",
        [](L l) {
-         return l.published != nullptr && l.published->frame_ms ? fmt::format("{:.1f}", *l.published->frame_ms)
-                                                               : std::string();
+         return l.published != nullptr && l.published->frame_ms
+                    ? fmt::format("{:.1f}", *l.published->frame_ms)
+                    : std::string();
        }},
       {"incomplete", "incomplete px", "most pixels of one frame that met a placeholder",
        [](L l) { return number(l, "/frames/incomplete/largest", 0); }},
-      {"exact_after_frames", "exact after", "most frames of a view, from an empty cache, until its picture is exact",
+      {"exact_after_frames", "exact after",
+       "most frames of a view, from an empty cache, until its picture is exact",
        [](L l) { return number(l, "/exact_after_frames", 0); }},
       {"label_mismatches", "wrong px",
        "pixels of three views whose label is not that of the reference and no near-tie; one fails the cell",
@@ -82,34 +91,39 @@ std::span<const Metric> render_metrics() {
       {"near_ties", "near-ties",
        "pixels whose label is that of the reference with the ray moved by 10^-4 voxels",
        [](L l) { return number(l, "/verification/near_ties", 0); }},
-      {"psnr_db", "PSNR dB", "of exact pictures against the reference in double precision, the worst of three views",
+      {"psnr_db", "PSNR dB",
+       "of exact pictures against the reference in double precision, the worst of three views",
        [](L l) { return from_render(l, "/verification/psnr_db", psnr); }},
-      {"picture_psnr_db", "picture PSNR dB", "of the picture with its levels and samples against level bias 0 and 256 samples",
+      {"picture_psnr_db", "picture PSNR dB",
+       "of the picture with its levels and samples against level bias 0 and 256 samples",
        [](L l) { return from_render(l, "/picture_error/psnr_db", psnr); }},
       {"picture_ssim", "picture SSIM", "structural similarity of the same two pictures",
        [](L l) { return number(l, "/picture_error/ssim", 4); }},
-      {"picture_label_errors", "other labels px", "pixels of the picture whose label is not that of level bias 0",
+      {"picture_label_errors", "other labels px",
+       "pixels of the picture whose label is not that of level bias 0",
        [](L l) { return number(l, "/picture_error/label_mismatches", 0); }},
-      {"jump_psnr_db", "PSNR dB after a jump", "of each frame after the camera has jumped to a view that the cache has not seen",
+      {"jump_psnr_db", "PSNR dB after a jump",
+       "of each frame after the camera has jumped to a view that the cache has not seen",
        [](L l) { return of_each_jump_frame(l, [](const Row& f) { return psnr(f["psnr_db"]); }); }},
       {"jump_label_errors", "wrong px after a jump", "pixels with a wrong label in each of these frames",
-       [](L l) {
-         return of_each_jump_frame(l, [](const Row& f) { return f["label_mismatches"].dump(); });
-       }},
+       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return f["label_mismatches"].dump(); }); }},
       {"jump_ms", "ms after a jump", "device time of each of these frames",
        [](L l) {
-         return of_each_jump_frame(l, [](const Row& f) { return fmt::format("{:.3g}", f["ms"].get<double>()); });
+         return of_each_jump_frame(l,
+                                   [](const Row& f) { return fmt::format("{:.3g}", f["ms"].get<double>()); });
        }},
       {"gpu_mib", "GPU MiB", "device memory of encoding, cache, tables and images",
        [](L l) { return number(l, "/memory/gpu_bytes", 1, 1.0 / (1 << 20)); }},
       {"cells_read", "cells read", "labels asked for by the rays of the whole path",
        [](L l) { return number(l, "/counters/cells_read", 0); }},
-      {"cells_decoded", "cells decoded", "labels decoded for the whole path, in the marcher and for the cache",
+      {"cells_decoded", "cells decoded",
+       "labels decoded for the whole path, in the marcher and for the cache",
        [](L l) { return number(l, "/counters/cells_decoded", 0); }},
       {"bytes_touched", "MiB touched", "MiB of the encoding read for the whole path",
        [](L l) { return number(l, "/counters/words_touched", 2, 4.0 / (1 << 20)); }},
       {"needed_ratio", "decoded/needed",
-       "cells decoded for exact pictures of three views, each from an empty cache / different cells that these views need",
+       "cells decoded for exact pictures of three views, each from an empty cache / different cells that "
+       "these views need",
        [](L l) { return number(l, "/needed/decoded_over_needed", 2); }},
       {"start_s", "start s", "upload, compiling the kernels, and the scene's first pass", start_seconds},
   };

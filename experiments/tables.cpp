@@ -112,7 +112,8 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
   for (const std::string& device : devices) notes.push_back("Drawn on: " + device + ".");
   if (software) {
     notes.push_back(
-        "A software device draws on the processor: these are CPU times, not comparable with those of a GPU. What carries over "
+        "A software device draws on the processor: these are CPU times, not comparable with those of a GPU. "
+        "What carries over "
         "are pictures, counts of work and memory.");
   }
   for (std::string label : labels) {
@@ -137,7 +138,8 @@ std::string explain_columns(const TableSpec& spec) {
   }
   for (const std::string& column : spec.columns) {
     const Metric* metric = find_metric(column);
-    text += fmt::format("{}**{}** {}", text.ends_with(": ") ? "" : "; ", metric->heading, metric->description);
+    text +=
+        fmt::format("{}**{}** {}", text.ends_with(": ") ? "" : "; ", metric->heading, metric->description);
   }
   return text + ".";
 }
@@ -224,7 +226,8 @@ LineContext context_of(const TableLine& line, const Published& published) {
   return {line.rows, published ? published->find(*line.cell) : nullptr, line.cell->codec == kMemcpy};
 }
 
-void fill_columns(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published, Table& table) {
+void fill_columns(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
+                  Table& table) {
   for (const std::string& column : spec.columns) table.headings.emplace_back(find_metric(column)->heading);
   for (const TableLine& line : lines) {
     const LineContext context = context_of(line, published);
@@ -255,7 +258,8 @@ std::vector<std::vector<std::string>> combinations(const std::vector<TableLine>&
 }
 
 /// "measured (published)"; several cells of one place are separated by slashes.
-void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published, Table& table) {
+void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
+                Table& table) {
   const Metric& metric = *find_metric(spec.pivot->metric);
   const auto columns = combinations(lines, spec.pivot->columns);
   const auto labels = combinations(lines, spec.rows);
@@ -274,7 +278,8 @@ void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, cons
     std::string& cell = table.lines[place_of(labels, *line.cell, spec.rows)]
                                    [spec.rows.size() + place_of(columns, *line.cell, spec.pivot->columns)];
     std::string text = metric.text(context);
-    if (const std::string stated = metric.name == "frame_ms" ? find_metric("published_frame_ms")->text(context) : "";
+    if (const std::string stated =
+            metric.name == "frame_ms" ? find_metric("published_frame_ms")->text(context) : "";
         !stated.empty())
       text += fmt::format("{}({})", text.empty() ? "" : " ", stated);
     if (!text.empty()) cell += (cell.empty() ? "" : " / ") + text;

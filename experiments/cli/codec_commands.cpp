@@ -113,8 +113,8 @@ std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(const std::strin
   const codecs::Codec* codec = codecs::find_codec(id);
   if (codec == nullptr) {
     const auto ids = codec_ids();
-    throw volumes::InputError(
-        fmt::format("--codec: expected one of {}, found '{}'{}", fmt::join(ids, ", "), id, did_you_mean(id, ids)));
+    throw volumes::InputError(fmt::format("--codec: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
+                                          id, did_you_mean(id, ids)));
   }
   auto parsed = codecs::Parameters::parse(codec->parameters(), parameters);
   if (!parsed) throw volumes::InputError(fmt::format("-p: {}: {}", id, parsed.error().message));

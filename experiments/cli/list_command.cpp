@@ -111,7 +111,10 @@ void list_metrics(bool json) {
 void list_caches(bool json) {
   Row all = Row::array();
   for (const gpu::CacheTraits& cache : gpu::all_caches()) {
-    all.push_back({{"id", cache.id}, {"summary", cache.summary}, {"sized", cache.sized}, {"placeholders", cache.placeholders}});
+    all.push_back({{"id", cache.id},
+                   {"summary", cache.summary},
+                   {"sized", cache.sized},
+                   {"placeholders", cache.placeholders}});
     if (json) continue;
     fmt::print("{:<18} {}{}{}\n", cache.id, cache.summary, cache.sized ? ", of --cache-mib" : "",
                cache.placeholders ? ", first frames are not exact" : "");
@@ -137,12 +140,13 @@ int list_devices(bool json) {
                    {"usable", d.rejected.empty()},
                    {"rejected", d.rejected}});
     if (json) continue;
-    fmt::print("{}  {} ({}, {}, Vulkan {}), {} MiB, subgroups of {}\n", d.index, d.name, d.type, d.driver, d.api,
-               d.memory >> 20, d.subgroup);
+    fmt::print("{}  {} ({}, {}, Vulkan {}), {} MiB, subgroups of {}\n", d.index, d.name, d.type, d.driver,
+               d.api, d.memory >> 20, d.subgroup);
     for (const std::string& reason : d.rejected) fmt::print("   rejected: {}\n", reason);
   }
   if (json) print_json(all);
-  if (!json && all.empty()) fmt::print("no Vulkan device: no driver is installed, or none finds its hardware\n");
+  if (!json && all.empty())
+    fmt::print("no Vulkan device: no driver is installed, or none finds its hardware\n");
   return usable ? kExitOk : kExitEnvironment;
 }
 
@@ -173,8 +177,8 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
       exit_code = list_devices(options->json);
       return;
     }
-    throw volumes::InputError(
-        fmt::format("list: expected codecs, datasets, metrics, caches or devices, found '{}'", options->what));
+    throw volumes::InputError(fmt::format(
+        "list: expected codecs, datasets, metrics, caches or devices, found '{}'", options->what));
   });
 }
 

@@ -62,8 +62,8 @@ void check_access(const std::string& access) {
   if (gpu::find_cache(access) != nullptr) return;
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& cache : gpu::all_caches()) ids.emplace_back(cache.id);
-  throw volumes::InputError(
-      fmt::format("--cache: expected one of {}, found '{}'{}", fmt::join(ids, ", "), access, did_you_mean(access, ids)));
+  throw volumes::InputError(fmt::format("--cache: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
+                                        access, did_you_mean(access, ids)));
 }
 
 /// Whether the file begins like an encoded one.
@@ -78,7 +78,8 @@ volumes::Buffer obtain_file(const RenderCommand& command) {
           fmt::format("{}: expected --codec and -p only with a volume, found an encoded file", command.in));
     return read_file(command.in);
   }
-  const auto [codec, parameters] = parse_codec(command.codec.empty() ? "raw" : command.codec, command.parameters);
+  const auto [codec, parameters] =
+      parse_codec(command.codec.empty() ? "raw" : command.codec, command.parameters);
   const auto source = volumes::open_volume(command.in, std::nullopt);
   auto encoded = codecs::encode(*codec, *source, parameters, command.threads);
   if (!encoded) fail_on_file(command.in, encoded.error());
@@ -89,12 +90,13 @@ volumes::Buffer obtain_file(const RenderCommand& command) {
 std::string numbered(const std::string& path, std::uint32_t frame, std::uint32_t frames) {
   if (frames == 1) return path;
   const fs::path whole(path);
-  return (whole.parent_path() / fmt::format("{}_{:04}{}", whole.stem().string(), frame, whole.extension().string()))
+  return (whole.parent_path() /
+          fmt::format("{}_{:04}{}", whole.stem().string(), frame, whole.extension().string()))
       .string();
 }
 
 struct Drawn {
-  std::vector<double> ms;      ///< of settled pictures: all frames of one view together
+  std::vector<double> ms;  ///< of settled pictures: all frames of one view together
   std::vector<std::uint32_t> frames;
   Row files = Row::array();
 };
@@ -103,15 +105,17 @@ struct Drawn {
 Drawn draw(const RenderCommand& command, const gpu::Scene& scene, gpu::Renderer& renderer) {
   Drawn drawn;
   for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
-    const double part = command.frames == 1 ? command.part : static_cast<double>(frame) / (command.frames - 1);
+    const double part =
+        command.frames == 1 ? command.part : static_cast<double>(frame) / (command.frames - 1);
     const gpu::Camera camera = scene.path.at(part);
     const gpu::FrameResult first = renderer.render(camera);
     drawn.ms.push_back(1e3 * first.gpu_seconds);
     const gpu::Settled settled = renderer.settle(camera, scene.accumulate);
     drawn.frames.push_back(settled.frames);
     if (!settled.complete) {
-      throw volumes::InputError(fmt::format("--cache-mib {}: the cache cannot hold what one view needs: {} pixels incomplete",
-                                            command.cache_mib, settled.incomplete));
+      throw volumes::InputError(
+          fmt::format("--cache-mib {}: the cache cannot hold what one view needs: {} pixels incomplete",
+                      command.cache_mib, settled.incomplete));
     }
     const gpu::Image image = renderer.read_image();
     const std::string file = numbered(command.out, frame, command.frames);
@@ -125,12 +129,16 @@ Drawn draw(const RenderCommand& command, const gpu::Scene& scene, gpu::Renderer&
 void report(const Row& row) {
   fmt::print("{} ({}, {}): {} {}, access {}, {} {}\n", row["device"]["name"].get<std::string>(),
              row["device"]["type"].get<std::string>(), row["device"]["driver"].get<std::string>(),
-             row["codec"].get<std::string>(), row["extent"].get<std::string>(), row["cache"].get<std::string>(),
-             row["shading"].get<std::string>(), row["size"].get<std::string>());
-  fmt::print("{} picture{}, {:.3f} ms the median first frame of a view, exact after at most {} frames, {:.1f} MiB on the device\n",
-             row["files"].size(), row["files"].size() == 1 ? "" : "s", row["median_ms"].get<double>(),
-             row["exact_after_frames"].get<std::uint32_t>(), row["gpu_bytes"].get<double>() / (1 << 20));
-  for (const auto& [use, bytes] : row["gpu_uses"].items()) fmt::print("  {:<24} {:>14}\n", use, bytes.get<std::uint64_t>());
+             row["codec"].get<std::string>(), row["extent"].get<std::string>(),
+             row["cache"].get<std::string>(), row["shading"].get<std::string>(),
+             row["size"].get<std::string>());
+  fmt::print(
+      "{} picture{}, {:.3f} ms the median first frame of a view, exact after at most {} frames, {:.1f} MiB "
+      "on the device\n",
+      row["files"].size(), row["files"].size() == 1 ? "" : "s", row["median_ms"].get<double>(),
+      row["exact_after_frames"].get<std::uint32_t>(), row["gpu_bytes"].get<double>() / (1 << 20));
+  for (const auto& [use, bytes] : row["gpu_uses"].items())
+    fmt::print("  {:<24} {:>14}\n", use, bytes.get<std::uint64_t>());
 }
 
 void render(const RenderCommand& command) {
@@ -155,7 +163,8 @@ void render(const RenderCommand& command) {
   if (const auto shown = (*renderer)->set_scene(scene); !shown) fail_on_file(command.in, shown.error());
   const Drawn drawn = draw(command, scene, **renderer);
   Row row;
-  row["device"] = {{"name", device.report().name}, {"type", device.report().type}, {"driver", device.report().driver}};
+  row["device"] = {
+      {"name", device.report().name}, {"type", device.report().type}, {"driver", device.report().driver}};
   row["codec"] = file->codec->traits().id;
   row["extent"] = to_string(file->stream.info.extent);
   row["scene"] = scene.name;
@@ -181,8 +190,10 @@ void render(const RenderCommand& command) {
 
 void add_render_command(CLI::App& app, int& exit_code) {
   auto c = std::make_shared<RenderCommand>();
-  auto* drawing = app.add_subcommand("render", "Draws a volume from its encoded form, without decoding it as a whole");
-  drawing->add_option("in", c->in, "encoded file (.cvr), or a volume file, which --codec encodes first")->required();
+  auto* drawing =
+      app.add_subcommand("render", "Draws a volume from its encoded form, without decoding it as a whole");
+  drawing->add_option("in", c->in, "encoded file (.cvr), or a volume file, which --codec encodes first")
+      ->required();
   drawing->add_option("--scene", c->scene, "a scene of configs/scenes, or a scene file")->required();
   drawing->add_option("-o", c->out, "PNG to write; with --frames its name gets a number")->required();
   drawing->add_option("--cache", c->access, "access mode ('list caches'; default: none)");
@@ -192,14 +203,18 @@ void add_render_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"local", "shadow", "ao"}));
   drawing->add_option("--size", c->size, "WIDTHxHEIGHT in pixels (default: the scene's)");
   drawing->add_option("--frames", c->frames, "pictures along the camera path")->check(CLI::Range(1, 1000000));
-  drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single picture")->check(CLI::Range(0.0, 1.0));
-  drawing->add_option("--samples", c->samples, "random rays a pixel with the shading ao (default: the scene's)")
+  drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single picture")
+      ->check(CLI::Range(0.0, 1.0));
+  drawing
+      ->add_option("--samples", c->samples, "random rays a pixel with the shading ao (default: the scene's)")
       ->check(CLI::Range(1, 65536));
   drawing->add_option("--brick", c->brick, "edge of the bricks of a codec without bricks (default: 32)")
       ->check(CLI::Range(2, 64));
-  drawing->add_option("--cache-mib", c->cache_mib, "size of the cache (default: 256)")->check(CLI::Range(1, 1 << 20));
+  drawing->add_option("--cache-mib", c->cache_mib, "size of the cache (default: 256)")
+      ->check(CLI::Range(1, 1 << 20));
   drawing->add_option("--device", c->device, "index, or part of a name or type ('list devices')");
-  drawing->add_option("--ids", c->ids, "file for the labels of the pixels: u64 little endian, rows from the top");
+  drawing->add_option("--ids", c->ids,
+                      "file for the labels of the pixels: u64 little endian, rows from the top");
   drawing->add_option("--threads", c->threads, "threads that encode")->check(CLI::Range(1, 4096));
   drawing->add_flag("--json", c->json, "one object on standard output");
   drawing->callback([c, &exit_code] {

@@ -35,8 +35,10 @@ Filter parse_filter(const std::vector<std::string>& only) {
   for (const std::string& text : only) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw volumes::InputError(fmt::format(
-          "--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of pictures scene, cache, shading ..", text));
+      throw volumes::InputError(
+          fmt::format("--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
+                      "pictures scene, cache, shading ..",
+                      text));
     }
     filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
@@ -44,7 +46,8 @@ Filter parse_filter(const std::vector<std::string>& only) {
 }
 
 Config load(const RunChoices& choices, const std::string& path) {
-  Config config = load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
+  Config config =
+      load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
   if (!choices.device.empty()) choose_device(config, choices.device);
   return config;
 }
@@ -212,7 +215,8 @@ void add_common(CLI::App& command, RunChoices& c) {
 void add_data_options(CLI::App& command, RunChoices& c) {
   command
       .add_option("--only", c.only,
-                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, shading ..; the same key twice means either")
+                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
+                  "shading ..; the same key twice means either")
       ->allow_extra_args(false);
   command.add_option("--data", c.data,
                      "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");

@@ -25,22 +25,28 @@ namespace {
 
 constexpr std::array kCheckedParts{0.0, 0.37, 0.81};
 constexpr double kJumpFrom = 0.0, kJumpTo = 0.5;
-constexpr double kErrorPart = 0.37;             ///< where pictures with fewer levels or samples are compared with the best
-constexpr std::uint32_t kBestSamples = 256;     ///< of the best picture with random rays
-constexpr std::uint32_t kCheckedSamples = 4;    ///< at most; more would make the check longer than the measurement
-constexpr double kNearTiesAllowed = 1e-5;       ///< of the pixels
-constexpr double kOtherColoursAllowed = 1e-4;   ///< of the pixels: secondary rays have near-ties that nobody looks for
-constexpr float kOtherColour = 1.5F / 255;      ///< difference of a channel
+constexpr double kErrorPart =
+    0.37;  ///< where pictures with fewer levels or samples are compared with the best
+constexpr std::uint32_t kBestSamples = 256;  ///< of the best picture with random rays
+constexpr std::uint32_t kCheckedSamples =
+    4;                                     ///< at most; more would make the check longer than the measurement
+constexpr double kNearTiesAllowed = 1e-5;  ///< of the pixels
+constexpr double kOtherColoursAllowed =
+    1e-4;  ///< of the pixels: secondary rays have near-ties that nobody looks for
+constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
-Row psnr_or_null(const gpu::ImageDifference& difference) { return difference.mse > 0 ? Row(difference.psnr) : Row(nullptr); }
+Row psnr_or_null(const gpu::ImageDifference& difference) {
+  return difference.mse > 0 ? Row(difference.psnr) : Row(nullptr);
+}
 
 std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
   std::uint64_t count = 0;
   for (std::size_t pixel = 0; pixel < a.pixels(); ++pixel) {
     bool other = false;
-    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) other = other || std::abs(a.colour[i] - b.colour[i]) > kOtherColour;
+    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i)
+      other = other || std::abs(a.colour[i] - b.colour[i]) > kOtherColour;
     count += other ? 1 : 0;
   }
   return count;
@@ -98,7 +104,8 @@ class RenderRun final : public StageRun {
       for (std::uint32_t sample = 0; sample < choice_.ao_samples; ++sample) {
         const gpu::FrameResult result = renderer_->render(camera_of(frame), sample == 0);
         samples.push_back({"frame", result.gpu_seconds, result.host_seconds, result.incomplete});
-        for (const gpu::PassTime& pass : result.passes) samples.push_back({"pass/" + pass.name, pass.seconds, 0, 0});
+        for (const gpu::PassTime& pass : result.passes)
+          samples.push_back({"pass/" + pass.name, pass.seconds, 0, 0});
         seconds += result.gpu_seconds;
       }
     }
@@ -139,8 +146,9 @@ class RenderRun final : public StageRun {
     renderer_->clear_cache();
     const gpu::Settled settled = renderer_->settle(scene_.path.at(shot.part), shot.samples);
     if (!settled.complete) {
-      throw StageFailure(kFailed, fmt::format("the cache cannot hold what one view needs: {} pixels incomplete",
-                                              settled.incomplete));
+      throw StageFailure(
+          kFailed,
+          fmt::format("the cache cannot hold what one view needs: {} pixels incomplete", settled.incomplete));
     }
     return settled;
   }
@@ -155,9 +163,11 @@ class RenderRun final : public StageRun {
       const gpu::Image image = renderer_->read_image();
       const gpu::ImageDifference from_raw = gpu::compare(truth.raw(shot), image);
       if (!from_raw.identical()) {
-        throw StageFailure(kFailed, fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
-                                                "differ, colours by up to {}",
-                                                part, from_raw.labels, from_raw.pixels, from_raw.largest));
+        throw StageFailure(
+            kFailed,
+            fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
+                        "differ, colours by up to {}",
+                        part, from_raw.labels, from_raw.pixels, from_raw.largest));
       }
       const gpu::Image expected = truth.reference(shot);
       const gpu::LabelCheck check = truth.check(shot, expected, image);
@@ -170,15 +180,19 @@ class RenderRun final : public StageRun {
       mse = std::max(mse, difference.mse);
     }
     if (differing > near_ties) {
-      throw StageFailure(kFailed, fmt::format("{} of {} pixels have labels other than those of the reference, {} of them near-ties",
-                                              differing, pixels, near_ties));
+      throw StageFailure(
+          kFailed,
+          fmt::format("{} of {} pixels have labels other than those of the reference, {} of them near-ties",
+                      differing, pixels, near_ties));
     }
     if (near_ties > allowed(kNearTiesAllowed, pixels)) {
-      throw StageFailure(kFailed, fmt::format("{} of {} pixels are near-ties, more than 1 and one in 10^5", near_ties, pixels));
+      throw StageFailure(kFailed, fmt::format("{} of {} pixels are near-ties, more than 1 and one in 10^5",
+                                              near_ties, pixels));
     }
     if (colours > near_ties + allowed(kOtherColoursAllowed, pixels)) {
-      throw StageFailure(kFailed, fmt::format("{} of {} pixels have colours other than those of the reference, by up to {}", colours,
-                                              pixels, largest));
+      throw StageFailure(
+          kFailed, fmt::format("{} of {} pixels have colours other than those of the reference, by up to {}",
+                               colours, pixels, largest));
     }
     Row& verification = parts["verification"];
     verification["pixels_compared"] = pixels;
@@ -247,9 +261,10 @@ class RenderRun final : public StageRun {
     row["cells_read"] = first["cells_read"];
     row["cells_decoded"] = first["cells_decoded"];
     row["bytes_touched"] = 4 * first["words_touched"];
-    row["decoded_over_needed"] = needed.distinct_cells == 0 ? Row(nullptr)
-                                                            : Row(static_cast<double>(first["cells_decoded"]) /
-                                                                  static_cast<double>(needed.distinct_cells));
+    row["decoded_over_needed"] =
+        needed.distinct_cells == 0
+            ? Row(nullptr)
+            : Row(static_cast<double>(first["cells_decoded"]) / static_cast<double>(needed.distinct_cells));
     counting->clear_cache();
     counting->clear_counters();
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(camera_of(frame));

@@ -24,7 +24,8 @@ struct Shot {
 class RenderTruth {
  public:
   /// All of them outlive this.
-  RenderTruth(const WorkerSpec& spec, const volumes::VolumeSource& truth, const gpu::Scene& scene, gpu::Device& device);
+  RenderTruth(const WorkerSpec& spec, const volumes::VolumeSource& truth, const gpu::Scene& scene,
+              gpu::Device& device);
 
   gpu::Image reference(const Shot& shot);
   gpu::NeededWork needed(const Shot& shot);

@@ -135,7 +135,8 @@ TEST_F(RenderTable, TimesOfASoftwareDeviceCarryTheWarning) {
   EXPECT_THAT(table.notes, testing::Contains(HasSubstr("CPU times, not comparable with those of a GPU")));
   auto on_gpu = rows();
   for (Row& row : on_gpu) row["device"]["type"] = "discrete";
-  EXPECT_THAT(make_table(spec_, config_, on_gpu).notes, testing::Not(testing::Contains(HasSubstr("not comparable"))));
+  EXPECT_THAT(make_table(spec_, config_, on_gpu).notes,
+              testing::Not(testing::Contains(HasSubstr("not comparable"))));
 }
 
 TEST_F(RenderTable, PicturesAndVoxelsAreNotMixed) {
@@ -161,12 +162,14 @@ TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
   }
   EXPECT_THAT(s1.hardware, HasSubstr("RTX 4070 Ti Super"));
   EXPECT_THAT(load_published(path, "table2").hardware, testing::Not(HasSubstr("RTX")));
-  const auto figure_of = [&](const char* dataset, const char* codec, const char* brick, const char* cache, gpu::Shading shading) {
+  const auto figure_of = [&](const char* dataset, const char* codec, const char* brick, const char* cache,
+                             gpu::Shading shading) {
     auto described = std::make_shared<Dataset>();
     described->name = dataset;
     Cell cell{described, codec, 1, {}, Stage::kRender, {"all", 2}, RenderChoice{}};
     const std::string assignment = std::string("brick=") + brick;
-    cell.parameters = codecs::Parameters::parse(codecs::find_codec(codec)->parameters(), std::span(&assignment, 1)).value();
+    cell.parameters =
+        codecs::Parameters::parse(codecs::find_codec(codec)->parameters(), std::span(&assignment, 1)).value();
     cell.render->access = cache;
     cell.render->shading = shading;
     const PublishedFigure* found = s1.find(cell);
@@ -175,7 +178,8 @@ TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
   EXPECT_EQ(figure_of("cells", "csgvr-sb", "32", "voxel", gpu::Shading::kLocal), 9.7);
   EXPECT_EQ(figure_of("h01", "csgvr-sb", "64", "voxel-es", gpu::Shading::kAo), 109.1);
   EXPECT_EQ(figure_of("azba", "csgv-rans", "32", "brick", gpu::Shading::kShadow), 12.4);
-  EXPECT_EQ(figure_of("h01", "csgvr-sb", "32", "voxel", gpu::Shading::kAo), -1) << "the paper's H01 has bricks of 64^3";
+  EXPECT_EQ(figure_of("h01", "csgvr-sb", "32", "voxel", gpu::Shading::kAo), -1)
+      << "the paper's H01 has bricks of 64^3";
 }
 
 }  // namespace
