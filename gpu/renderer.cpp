@@ -91,7 +91,7 @@ struct Renderer::Impl {
   Commands commands;
   std::vector<DeviceBuffer> encoded;
   std::vector<MemoryUse> uses;
-  DeviceBuffer bricks, materials, colours, labels, counters, status;
+  DeviceBuffer bricks, materials, colours, labels, counters, suspended, status;
   bool hashed = false;
   std::unique_ptr<Cache> cache;
   std::unique_ptr<Kernel> visibility, march;
@@ -127,6 +127,8 @@ Expected<void> Renderer::Impl::upload() {
                 {colours, pixels * 16, "image", frame.colours},
                 {labels, pixels * 8, "label image", frame.labels},
                 {counters, CVR_COUNTERS * 8, "counters", frame.counters},
+                {suspended, device.limits().loop_iterations < UINT32_MAX ? pixels * CVR_PIXEL_STATE_BYTES : 0, "suspended rays",
+                 frame.suspended},
                 {status, CVR_STATUS_WORDS * 4, "status", frame.status}};
   for (const auto& piece : pieces) {
     auto buffer = make_buffer(piece.bytes, piece.use);
@@ -159,6 +161,9 @@ Expected<void> Renderer::Impl::make_kernels() {
   visibility = std::make_unique<Kernel>(device, commands, visible_source);
   KernelSource source = frame_source(fmt::format("march {} {} {}", encoding.decoder, options.access, name_of(options.shading)),
                                      encoding, hashed, options.instrumented);
+  if (device.limits().loop_iterations < UINT32_MAX)
+    source.definitions.emplace_back("CVR_LOOP_LIMIT", fmt::format("{}u", device.limits().loop_iterations));
+  source.definitions.emplace_back("CVR_CELL_LOOPS", fmt::format("{}u", encoding.cell_loops));
   source.definitions.emplace_back("CVR_SHADING", std::to_string(static_cast<int>(options.shading)));
   cache->extend_kernel(source);
   source.texts.emplace_back("shaders/render/march.comp");
@@ -321,10 +326,22 @@ FrameResult Renderer::Impl::draw() {
   const std::uint32_t tiles = (options.width + kTile - 1) / kTile * ((options.height + kTile - 1) / kTile);
   commands.dispatch(*march, tiles);
   result.passes = commands.submit();
-  for (const PassTime& pass : result.passes) result.gpu_seconds += pass.seconds;
   std::array<std::uint32_t, CVR_STATUS_WORDS> words{};
   status.read(0, std::as_writable_bytes(std::span(words)));
   result.incomplete = words[CVR_STATUS_INCOMPLETE];
+  frame.resume = 1;
+  while (words[CVR_STATUS_SUSPENDED] > 0) {  // the driver bounds loops: the same pass goes on
+    commands.begin(std::as_bytes(std::span(&frame, 1)));
+    commands.fill(status, 0, status.bytes(), 0);
+    commands.pass("render");
+    commands.dispatch(*march, tiles);
+    result.passes.back().seconds += commands.submit().back().seconds;
+    status.read(0, std::as_writable_bytes(std::span(words)));
+    result.incomplete += words[CVR_STATUS_INCOMPLETE];
+    ++result.resumed;
+  }
+  frame.resume = 0;
+  for (const PassTime& pass : result.passes) result.gpu_seconds += pass.seconds;
   result.cache = cache->report();
   return result;
 }

@@ -32,6 +32,7 @@ struct FrameResult {
   double gpu_seconds = 0;        ///< their sum
   double host_seconds = 0;       ///< levels of detail, recording, submission and waiting
   std::uint32_t incomplete = 0;  ///< pixels that met a placeholder
+  std::uint32_t resumed = 0;     ///< further dispatches of the rendering pass, where the driver bounds loops
   CacheReport cache;
 };
 

@@ -67,7 +67,7 @@ Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const st
   encoding.levels = layout.levels;
   encoding.voxel_access = format.has_voxel_access();
   encoding.serial = true;
-  encoding.cell_loops = 8 * layout.levels;  // hops; longer chains are possible and rare
+  encoding.cell_loops = 8 * (layout.levels + 6);  // hops, each with loops over levels; longer chains are possible and rare
   encoding.brick_loops = nodes_of_level(layout.levels - 1) / 7 + 2 * layout.levels;  // one for eight nodes
   encoding.shared_words = encoding.voxel_access ? largest : 0;
   encoding.codes.assign(labels.begin(), labels.end());

@@ -2,6 +2,8 @@
 // is held stands in, or the brick's coarsest label (its first palette entry).
 #include "shaders/caches/brick_state.glsl"
 
+#define CVR_LOOKUP_LOOPS CVR_CELL_LOOPS  // a root may be decoded
+
 bool cvr_complete = true;
 
 uint cvr_held;       // level held of the current brick
@@ -27,13 +29,15 @@ void cvr_enter_brick(uvec3 brick, uint index, uint lod) {
   }
 }
 
-uint cvr_access(uvec3 cell, uint lod, uvec3 brick, out bool invisible) {
+bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invisible) {
   invisible = false;
+  code = cvr_root;
   if (cvr_held == CVR_NO_LEVEL) {
     if (lod != CVR_LEVELS - 1u) CVR_COUNT(CVR_COUNT_PLACEHOLDER_CELLS, 1);
-    return cvr_root;
+    return true;
   }
   uvec3 held = cvr_held == lod ? cell : (cell << lod) >> cvr_held;
   uvec3 inside = held & ((1u << (CVR_BRICK_SHIFT - cvr_held)) - 1u);
-  return cvr_load(cvr_labels, cvr_morton_encode(inside.x, inside.y, inside.z));
+  code = cvr_load(cvr_labels, cvr_morton_encode(inside.x, inside.y, inside.z));
+  return true;
 }

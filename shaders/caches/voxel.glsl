@@ -6,6 +6,13 @@
 // cache[1] the bits; cache_sizes[2..7]: first word of the bits of levels 1 (also level 0), 2, 3, ...
 #include "shaders/caches/cuckoo_table.glsl"
 
+#define CVR_LOOKUP_LOOPS 0u
+#ifdef CVR_EMPTY_SPACE
+#define CVR_RESOLVE_LOOPS (9u * (CVR_CELL_LOOPS + 1u))
+#else
+#define CVR_RESOLVE_LOOPS CVR_CELL_LOOPS
+#endif
+
 bool cvr_complete = true;
 
 void cvr_enter_brick(uvec3 brick, uint index, uint lod) {}
@@ -24,50 +31,60 @@ EmptyBit cvr_empty_bit(uvec3 cell, uint lod) {
   return EmptyBit(cvr_frame.cache_sizes[1u + level] + uint(bit >> 5), 1u << (uint(bit) & 31u));
 }
 
-// Whether no finest voxel of the 2x2x2 block of `cell` is visible; `cell` is known not to be.
-bool cvr_block_invisible(uvec3 cell, uint lod) {
-  if (lod >= 2u) return true;
-  uvec3 origin = (cell >> (1u - lod)) << 1u;
-  for (uint c = 0u; c < 8u; ++c) {
-    uvec3 voxel = origin + uvec3(c & 1u, c >> 1 & 1u, c >> 2);
-    if (any(greaterThanEqual(voxel, cvr_extent())) || (lod == 0u && voxel == cell)) continue;
-    CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1);
-    if (cvr_code_visible(cvr_decode_cell(voxel, 0u))) return false;
-  }
-  return true;
-}
 #endif
 
-uint cvr_access(uvec3 cell, uint lod, uvec3 brick, out bool invisible) {
+// True if the table or the empty-space bits know the cell.
+bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invisible) {
   invisible = false;
+  code = 0u;
 #ifdef CVR_EMPTY_SPACE
   EmptyBit bit = cvr_empty_bit(cell, lod);
   if ((Words32(cvr_frame.cache[1]).w[bit.word] & bit.mask) != 0u) {
     CVR_COUNT(CVR_COUNT_EMPTY_SPACE_SKIPS, 1);
     invisible = true;
-    return 0u;
+    return true;
   }
 #endif
   CuckooSlot slot;
-  uint code;
-  if (cvr_cuckoo_find(cell << lod, lod, slot, code)) {
-    CVR_COUNT(CVR_COUNT_CACHE_HITS, 1);
+  if (!cvr_cuckoo_find(cell << lod, lod, slot, code)) return false;
+  CVR_COUNT(CVR_COUNT_CACHE_HITS, 1);
 #ifdef CVR_INSTRUMENTED
-    if (cvr_decode_cell(cell, lod) != code) CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
+  if (cvr_decode_cell(cell, lod) != code) CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
 #endif
-    return code;
-  }
+  return true;
+}
+
+// Decodes a cell that cvr_lookup does not know, and keeps it. With empty-space bits, an invisible cell makes the voxels of its block be
+// decoded too, until one is visible; the loop has the only call of the decoder, since a kernel carries each call's text.
+uint cvr_resolve(uvec3 cell, uint lod, out bool invisible) {
   CVR_COUNT(CVR_COUNT_CACHE_MISSES, 1);
-  CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1);
-  code = cvr_decode_cell(cell, lod);
+  invisible = false;
 #ifdef CVR_EMPTY_SPACE
-  if (!cvr_code_visible(code) && cvr_block_invisible(cell, lod)) {
+  uint code = 0u;
+  uint voxels = lod < 2u ? 8u : 0u;  // of the block, besides the cell
+  for (uint c = 0u; c <= voxels; ++c) {
+    uvec3 block = (lod < 2u ? cell >> (1u - lod) : cell) << 1u;
+    uvec3 at = c == 0u ? cell : block + uvec3(c - 1u & 1u, c - 1u >> 1 & 1u, c - 1u >> 2);
+    if (c > 0u && (any(greaterThanEqual(at, cvr_extent())) || (lod == 0u && at == cell))) continue;
+    CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1);
+    uint found = cvr_decode_cell(at, c == 0u ? lod : 0u);
+    if (c == 0u) code = found;
+    invisible = !cvr_code_visible(found);
+    if (!invisible) break;
+  }
+  if (invisible) {
     CVR_COUNT(CVR_COUNT_EMPTY_SPACE_MARKS, 1);
+    EmptyBit bit = cvr_empty_bit(cell, lod);
     atomicOr(Words32(cvr_frame.cache[1]).w[bit.word], bit.mask);
-    invisible = true;
     return 0u;
   }
+#else
+  CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1);
+  uint code = cvr_decode_cell(cell, lod);
 #endif
+  CuckooSlot slot;
+  uint other;
+  cvr_cuckoo_find(cell << lod, lod, slot, other);
   cvr_cuckoo_insert(slot, code);
   return code;
 }

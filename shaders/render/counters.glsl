@@ -21,7 +21,10 @@
 #define CVR_COUNTERS 16
 
 #define CVR_STATUS_INCOMPLETE 0  // pixels whose ray met a placeholder
+#define CVR_STATUS_SUSPENDED 1   // pixels that go on in another dispatch
 #define CVR_STATUS_WORDS 4
+
+#define CVR_PIXEL_STATE_BYTES 256  // room for a PixelState
 
 #define CVR_EMPTY_BRICK 255u
 

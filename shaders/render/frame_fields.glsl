@@ -8,6 +8,7 @@
   uint64_t labels;          // u64 a pixel: code of the hit, all ones where none
   uint64_t counters;        // u64 each, see counters.glsl
   uint64_t status;          // u32 each, see counters.glsl
+  uint64_t suspended;       // a PixelState a pixel, where the driver bounds loops (march.comp)
   uint64_t cache[8];        // the cache strategy's buffers
   // The camera, see ray.glsl.
   int64_t eye[3];           // 2^-20 voxels
@@ -21,6 +22,7 @@
   uint height;
   uint samples;             // pixels that have as many are done
   uint restart;             // 1: forget earlier samples
+  uint resume;              // 1: go on with suspended pixels alone
   uint focus_mask;          // only tiles whose (hash & focus_mask) == focus_value are drawn
   uint focus_value;
   uint material_slots;      // direct: codes; hashed: slots - 1, slots a power of two

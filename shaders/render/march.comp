@@ -14,6 +14,18 @@ const float CVR_LEAST_TRANSMITTANCE = 1.0 / 256.0;
 
 layout(local_size_x = 64) in;
 
+// Loop iterations of an invocation, where the driver bounds them: spent by decoders at the worst, and as the slowest of a subgroup.
+#ifdef CVR_LOOP_LIMIT
+uint cvr_spent = 0u;
+#define CVR_SPEND(n) cvr_spent += (n)
+#define CVR_SPEND_TOGETHER() cvr_spent = subgroupMax(cvr_spent) + 1u
+#define CVR_SPENT_MUCH (cvr_spent > CVR_LOOP_LIMIT / 2u)
+#else
+#define CVR_SPEND(n)
+#define CVR_SPEND_TOGETHER()
+#define CVR_SPENT_MUCH false
+#endif
+
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer Colours { vec4 c[]; };
 
 // What a ray has gathered.
@@ -25,6 +37,8 @@ struct Light {
   bool surface;   // it ended on an opaque cell, of this material:
   uint material;
 };
+
+Light cvr_no_light() { return Light(vec3(0.0), 1.0, 0u, false, false, 0u); }
 
 vec3 cvr_albedo(uint rgba) { return vec3(rgba & 255u, rgba >> 8 & 255u, rgba >> 16 & 255u) / 255.0; }
 
@@ -47,56 +61,110 @@ bool cvr_blend(uint code, uint rgba, inout Light light) {
 
 ivec3 cvr_axis_mask(int axis) { return ivec3(axis == 0, axis == 1, axis == 2); }
 
-// Walks until the ray ends, leaves the volume or reaches `reach`. `t` and `axis` are those of the last crossing.
-void cvr_march(Ray ray, ivec3 voxel, int64_t reach, inout int64_t t, inout int axis, inout Light light) {
+// Where a ray is: the finest voxel that it has just entered, when and through which axis, and the label before.
+struct Walk {
+  ivec3 voxel;
+  int axis;
+  int64_t t;
+  uint last;
+  bool fresh;  // no label before
+};
+
+// Walks until the ray ends, leaves the volume or reaches `reach` (`ao` alone has an end). True if it was suspended: the driver would
+// silently end its loops soon. Cells that the cache knows are passed in an inner loop of their own; those that must be decoded
+// wait until all rays of the subgroup have come to one.
+bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
   ivec3 extent = ivec3(cvr_extent());
-  uint last = 0u;
-  bool fresh = true;  // no label before this cell
   while (true) {
-    uvec3 brick = uvec3(voxel) >> CVR_BRICK_SHIFT;
+    uvec3 brick = uvec3(walk.voxel) >> CVR_BRICK_SHIFT;
     uint index = cvr_brick_number(brick);
     uint lod = Words32(cvr_frame.bricks).w[index];
     bool empty = lod == CVR_EMPTY_BRICK;
     if (empty) {
       lod = CVR_BRICK_SHIFT;
-      fresh = true;
     } else {
       CVR_COUNT(CVR_COUNT_BRICKS_ENTERED, 1);
       cvr_enter_brick(brick, index, lod);
     }
-    ivec3 cell = voxel >> lod;
+    ivec3 cell = walk.voxel >> lod;
     i64vec3 next = cvr_times(ray, (cell + max(ray.sense, ivec3(0))) << lod);
     i64vec3 stride = ray.spacing << lod;
     int brick_shift = int(CVR_BRICK_SHIFT - lod);
-    ivec3 mask;
-    do {
+    ivec3 mask = ivec3(0);
+    bool ended = false;
+    bool suspend = false;
+    CVR_SPEND_TOGETHER();
+#ifdef CVR_RESOLVE_LOOPS
+    bool known = false;  // the cell's label has just been decoded
+    bool hidden = false;
+    uint decoded = 0u;
+    while (true) {
+      bool missing = false;
+#endif
+    while (true) {
+      bool invisible = empty;
+      uint code = 0u;
       if (!empty) {
-        bool invisible = false;
+#ifdef CVR_RESOLVE_LOOPS
+        if (known) {
+          code = decoded;
+          invisible = hidden;
+          known = false;
+        } else {
+          CVR_COUNT(CVR_COUNT_CELLS_READ, 1);
+          if (!cvr_lookup(uvec3(cell), lod, brick, code, invisible)) {
+            missing = true;
+            break;
+          }
+        }
+#else
         CVR_COUNT(CVR_COUNT_CELLS_READ, 1);
-        uint code = cvr_access(uvec3(cell), lod, brick, invisible);
-        if (invisible) {
-          fresh = true;
-        } else if (fresh || code != last) {
-          last = code;
-          fresh = false;
-          uint rgba = cvr_material(code);
-          if (cvr_opacity(rgba) != 0u && cvr_blend(code, rgba, light)) return;
+        cvr_lookup(uvec3(cell), lod, brick, code, invisible);
+#endif
+      }
+      if (invisible) {
+        walk.fresh = true;
+      } else if (walk.fresh || code != walk.last) {
+        walk.last = code;
+        walk.fresh = false;
+        uint rgba = cvr_material(code);
+        if (cvr_opacity(rgba) != 0u && cvr_blend(code, rgba, light)) {
+          ended = true;
+          break;
         }
       }
-      axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
-      mask = cvr_axis_mask(axis);
-      t = axis == 0 ? next.x : axis == 1 ? next.y : next.z;
+      walk.axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
+      mask = cvr_axis_mask(walk.axis);
+      walk.t = walk.axis == 0 ? next.x : walk.axis == 1 ? next.y : next.z;
+#if CVR_SHADING == CVR_SHADING_AO
+      if (walk.t > reach) {
+        ended = true;
+        break;
+      }
+#endif
       next += stride * i64vec3(mask);
       cell += ray.sense * mask;
-    } while (((cell >> brick_shift) - ivec3(brick)) * mask == ivec3(0));
-    if (t > reach) return;
+      CVR_SPEND(1u + CVR_LOOKUP_LOOPS);
+      suspend = CVR_SPENT_MUCH;
+      if (suspend || ((cell >> brick_shift) - ivec3(brick)) * mask != ivec3(0)) break;
+    }
+#ifdef CVR_RESOLVE_LOOPS
+      if (!missing) break;
+      decoded = cvr_resolve(uvec3(cell), lod, hidden);
+      known = true;
+      CVR_SPEND(1u + CVR_RESOLVE_LOOPS);
+    }
+#endif
+    if (ended) return false;
     // The finest voxel: on the crossed axis beside its plane, on the others by the planes crossed until now.
-    ivec3 first = (cell + ivec3(lessThan(ray.sense, ivec3(0)))) << lod;
-    ivec3 entered = first - ivec3(lessThan(ray.sense, ivec3(0)));
-    ivec3 inside = lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, t, axis), voxel);
-    voxel = inside * (1 - mask) + entered * mask;
-    if (any(lessThan(voxel, ivec3(0))) || any(greaterThanEqual(voxel, extent))) return;
+    ivec3 backwards = ivec3(lessThan(ray.sense, ivec3(0)));
+    ivec3 entered = ((cell + backwards) << lod) - backwards;
+    ivec3 inside = lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, walk.t, walk.axis), walk.voxel);
+    walk.voxel = inside * (1 - mask) + entered * mask;
+    if (any(lessThan(walk.voxel, ivec3(0))) || any(greaterThanEqual(walk.voxel, extent))) return false;
+    if (suspend) return true;
   }
+  return false;
 }
 
 #if CVR_SHADING != CVR_SHADING_LOCAL
@@ -142,6 +210,33 @@ i64vec3 cvr_ambient_direction(uvec2 pixel, uint number, int axis, int side, out 
 }
 #endif
 
+// What it takes to go on with a pixel in another dispatch.
+struct PixelState {
+  i64vec3 origin;
+  i64vec3 direction;
+  int64_t reach;
+  Walk walk;
+  Light light;
+  Light primary;  // once the secondary ray is on its way
+  float cosine;   // of the surface's normal with the light
+  bool secondary;
+  bool pending;
+  bool complete;
+};
+
+#ifdef CVR_LOOP_LIMIT
+layout(buffer_reference, scalar, buffer_reference_align = 8) buffer Suspended { PixelState s[]; };
+#endif
+
+i64vec3 cvr_primary_direction(uvec2 pixel) {
+  int64_t x = int64_t(2u * pixel.x + 1u) - int64_t(cvr_frame.width);
+  int64_t y = int64_t(2u * pixel.y + 1u) - int64_t(cvr_frame.height);
+  i64vec3 direction = i64vec3(cvr_frame.towards[0], cvr_frame.towards[1], cvr_frame.towards[2]) +
+                      x * i64vec3(cvr_frame.right[0], cvr_frame.right[1], cvr_frame.right[2]) +
+                      y * i64vec3(cvr_frame.down[0], cvr_frame.down[1], cvr_frame.down[2]);
+  return (direction + 32768) >> 16;
+}
+
 // Index of a pixel's position in its 8x8 tile by Morton order, so that a subgroup covers a square.
 uvec2 cvr_pixel_in_tile(uint i) {
   return uvec2((i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u), (i >> 1 & 1u) | (i >> 2 & 2u) | (i >> 3 & 4u));
@@ -157,65 +252,86 @@ void main() {
   vec4 sum = cvr_frame.restart != 0u ? vec4(0.0) : Colours(cvr_frame.colours).c[at];
   if (uint(sum.w) >= cvr_frame.samples) return;
 
-  i64vec3 origin = i64vec3(cvr_frame.eye[0], cvr_frame.eye[1], cvr_frame.eye[2]);
-  int64_t x = int64_t(2u * pixel.x + 1u) - int64_t(cvr_frame.width);
-  int64_t y = int64_t(2u * pixel.y + 1u) - int64_t(cvr_frame.height);
-  i64vec3 direction = i64vec3(cvr_frame.towards[0], cvr_frame.towards[1], cvr_frame.towards[2]) +
-                      x * i64vec3(cvr_frame.right[0], cvr_frame.right[1], cvr_frame.right[2]) +
-                      y * i64vec3(cvr_frame.down[0], cvr_frame.down[1], cvr_frame.down[2]);
-  direction = (direction + 32768) >> 16;
-
+  PixelState state;
+#ifdef CVR_LOOP_LIMIT
+  if (cvr_frame.resume != 0u) {
+    state = Suspended(cvr_frame.suspended).s[at];
+    if (!state.pending) return;
+    cvr_complete = state.complete;
+  }
+#endif
+  if (cvr_frame.resume == 0u) {
+    state.origin = i64vec3(cvr_frame.eye[0], cvr_frame.eye[1], cvr_frame.eye[2]);
+    state.direction = cvr_primary_direction(pixel);
+    state.reach = CVR_NEVER;
+    state.secondary = false;
+    state.pending = false;
+    state.cosine = 0.0;
+    state.light = cvr_no_light();
+    state.primary = cvr_no_light();
+  }
   vec3 background = vec3(cvr_frame.background[0], cvr_frame.background[1], cvr_frame.background[2]);
-  vec3 toward_light = vec3(cvr_frame.light_world[0], cvr_frame.light_world[1], cvr_frame.light_world[2]);
-  int64_t reach = CVR_NEVER;
-  Light primary = Light(vec3(0.0), 1.0, 0u, false, false, 0u);
-  vec3 albedo = vec3(0.0);  // of the surface, with what the primary ray's transmittance leaves of it
-  float cosine = 0.0;
   float seen = 1.0;  // transmittance of the secondary ray
-  for (int number = 0; number < 2; ++number) {
-    Light light = Light(vec3(0.0), 1.0, 0u, false, false, 0u);
+  while (true) {
     Ray ray;
-    ivec3 voxel;
-    int64_t t;
-    int axis;
-    CVR_COUNT(CVR_COUNT_RAYS, 1);
-    bool inside = cvr_ray(origin, direction, ray, voxel, t, axis);
-    if (inside) cvr_march(ray, voxel, reach, t, axis, light);
-    if (number == 1) {
-      seen = light.surface || light.transmittance < CVR_LEAST_TRANSMITTANCE ? 0.0 : light.transmittance;
+    Walk start;
+    bool inside = cvr_ray(state.origin, state.direction, ray, start.voxel, start.t, start.axis);
+    start.last = 0u;
+    start.fresh = true;
+    if (!state.pending) {
+      state.walk = start;
+      CVR_COUNT(CVR_COUNT_RAYS, 1);
+    }
+    state.pending = inside && cvr_march(ray, state.reach, state.walk, state.light);
+#ifdef CVR_LOOP_LIMIT
+    if (state.pending) {
+      state.complete = cvr_complete;
+      Suspended(cvr_frame.suspended).s[at] = state;
+      atomicAdd(Words32(cvr_frame.status).w[CVR_STATUS_SUSPENDED], 1u);
+      return;
+    }
+#endif
+    if (state.secondary) {
+      seen = state.light.surface || state.light.transmittance < CVR_LEAST_TRANSMITTANCE ? 0.0 : state.light.transmittance;
       break;
     }
-    primary = light;
-    if (!light.surface) break;
-    bool has_face = axis >= 0;
-    if (!has_face) {
-      i64vec3 length = abs(direction);
+    state.primary = state.light;
+    if (!state.light.surface) break;
+    int axis = state.walk.axis;
+    if (axis < 0) {
+      i64vec3 length = abs(state.direction);
       axis = length.x >= length.y ? (length.x >= length.z ? 0 : 2) : (length.y >= length.z ? 1 : 2);
     }
     int side = -(axis == 0 ? ray.sense.x : axis == 1 ? ray.sense.y : ray.sense.z);
-    cosine = max(0.0, float(side) * (axis == 0 ? toward_light.x : axis == 1 ? toward_light.y : toward_light.z));
-    albedo = light.transmittance * cvr_albedo(light.material);
+    state.cosine = max(0.0, float(side) * cvr_frame.light_world[axis]);
 #if CVR_SHADING == CVR_SHADING_LOCAL
     break;
 #else
-    if (!has_face) break;
-    i64vec3 point = cvr_surface_point(ray, t, axis, origin);
+    if (state.walk.axis < 0) break;
+    i64vec3 point = cvr_surface_point(ray, state.walk.t, axis, state.origin);
 #if CVR_SHADING == CVR_SHADING_SHADOW
-    if (cosine <= 0.0) break;
-    direction = i64vec3(cvr_frame.light[0], cvr_frame.light[1], cvr_frame.light[2]);
+    if (state.cosine <= 0.0) break;
+    state.direction = i64vec3(cvr_frame.light[0], cvr_frame.light[1], cvr_frame.light[2]);
 #else
-    direction = cvr_ambient_direction(pixel, uint(sum.w), axis, side, reach);
+    state.direction = cvr_ambient_direction(pixel, uint(sum.w), axis, side, state.reach);
 #endif
-    origin = point;
+    state.origin = point;
+    state.secondary = true;
+    state.light = cvr_no_light();
 #endif
   }
+#ifdef CVR_LOOP_LIMIT
+  Suspended(cvr_frame.suspended).s[at].pending = false;
+#endif
+  Light primary = state.primary;
   vec3 colour = primary.colour;
   if (primary.surface) {
 #if CVR_SHADING == CVR_SHADING_SHADOW
-    cosine *= seen;
+    state.cosine *= seen;
     seen = 1.0;
 #endif
-    colour += albedo * (cvr_frame.ambient + (1.0 - cvr_frame.ambient) * cosine) * seen;
+    float lambert = cvr_frame.ambient + (1.0 - cvr_frame.ambient) * state.cosine;
+    colour += primary.transmittance * cvr_albedo(primary.material) * lambert * seen;
   } else if (primary.transmittance >= CVR_LEAST_TRANSMITTANCE) {
     colour += primary.transmittance * background;
   }

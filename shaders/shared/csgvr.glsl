@@ -12,7 +12,6 @@
 #define CVR_CSGVR_GLSL
 
 #define CVR_WAVELET_LEVELS 5u
-#define CVR_MOST_LEVELS 7u  // of a brick of 64^3 voxels
 
 #define CVR_OP_PARENT 0u
 #define CVR_OP_NEIGHBOUR_X 1u
@@ -55,8 +54,7 @@ CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bo
 CVR_FUNC uint cvr_csgvr_index(Words words, CsgvrBrick brick, CVR_INOUT(uint) n, CVR_INOUT(uint) level) {
   uint offset = 0u;  // nodes of the current level that earlier stop bits have removed before n's ancestor
   if (brick.s.bits_at != 0u) {
-    CVR_UNROLL for (uint l = 0u; l + 1u < CVR_MOST_LEVELS; ++l) {
-      if (l >= level) break;
+    for (uint l = 0u; l < level; ++l) {
       uint ancestor = n >> (3u * (level - l));
       uint at = cvr_read(words, l) + ancestor - offset;
       if (cvr_bit(words, brick.s, at) == 1u) {
@@ -75,7 +73,7 @@ CVR_FUNC uint cvr_csgvr_index(Words words, CsgvrBrick brick, CVR_INOUT(uint) n, 
 CVR_FUNC uint cvr_csgvr_operation(Words words, CsgvrBrick brick, uint i, CVR_OUT(uint) advances) {
   advances = 0u;
   uint start = 0u;
-  CVR_UNROLL for (uint l = 0u; l < CVR_WAVELET_LEVELS; ++l) {
+  for (uint l = 0u; l < CVR_WAVELET_LEVELS; ++l) {
     bool last = l == CVR_WAVELET_LEVELS - 1u;
     uint bit = cvr_bit(words, brick.w, start + i);
     if (bit == 1u && !last) return l;
