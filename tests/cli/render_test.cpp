@@ -77,8 +77,8 @@ TEST_F(Render, APictureFromAVolumeIsThatOfItsEncodedFile) {
                                        "--codec csgvr-sb -p brick=32 --cache voxel -o c.png --ids c.u64");
   ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
   for (const std::string name : {"b", "c"}) {
-    EXPECT_EQ(program_.read(name + ".png"), program_.read("a.png")) << name;
-    EXPECT_EQ(program_.read(name + ".u64"), labels) << name;
+    EXPECT_TRUE(program_.read(name + ".png") == program_.read("a.png")) << name << ".png differs";
+    EXPECT_TRUE(program_.read(name + ".u64") == labels) << name << ".u64 differs";
   }
 }
 
@@ -94,7 +94,7 @@ TEST_F(Render, SequencesAreNumberedAndReported) {
   EXPECT_FALSE(report["device"]["name"].get<std::string>().empty());
   for (const char* name : {"s_0000.png", "s_0001.png", "s_0002.png"})
     EXPECT_FALSE(program_.read(name).empty()) << name;
-  EXPECT_NE(program_.read("s_0000.png"), program_.read("s_0002.png")) << "the camera stands still";
+  EXPECT_TRUE(program_.read("s_0000.png") != program_.read("s_0002.png")) << "the camera stands still";
 }
 
 TEST_F(Render, MistakesAreOneClearLine) {
