@@ -23,6 +23,8 @@ std::string_view name_of(Stage stage) {
       return "decode";
     case Stage::kRandomAccess:
       return "random-access";
+    case Stage::kRender:
+      return "render";
   }
   return "?";
 }
@@ -36,24 +38,30 @@ std::optional<Stage> stage_from_name(std::string_view name) {
 
 std::string Cell::line_key() const {
   const volumes::Extent extent = dataset->generator ? dataset->generated_extent() : dataset->extent;
-  return fmt::format("{}|{}|{}|{}|{}", dataset->name, to_string(extent), codec, parameters.canonical(),
-                     threads.text);
+  const std::string line = fmt::format("{}|{}|{}|{}|{}", dataset->name, to_string(extent), codec,
+                                       parameters.canonical(), threads.text);
+  return render ? fmt::format("{}|{}", line, render->key()) : line;
 }
 
 std::string Cell::row_key() const { return fmt::format("{}|{}", line_key(), name_of(stage)); }
 
 std::string Cell::describe() const {
   const std::string values = parameters.canonical();
+  if (render)
+    return fmt::format("{} {}{}{} render, {}", dataset->name, codec, values.empty() ? "" : " ", values,
+                       render->describe());
   return fmt::format("{} {}{}{} {}, {} thread{}", dataset->name, codec, values.empty() ? "" : " ", values,
                      name_of(stage), threads.count, threads.count == 1 ? "" : "s");
 }
 
 std::string canonical_text(const Cell& cell, const std::string& data_identity) {
-  return fmt::format(
+  std::string text = fmt::format(
       "measurement={}\ndataset={}\ndata={}\nbytes_per_voxel={}\ncodec={}\nversion={}\nparameters={}\nstage={}"
       "\nthreads={}\n",
       kMeasurementVersion, cell.dataset->name, data_identity, cell.dataset->bytes_per_voxel, cell.codec,
       cell.codec_version, cell.parameters.canonical(), name_of(cell.stage), cell.threads.count);
+  if (cell.render) text += fmt::format("render={}\n", cell.render->identity());
+  return text;
 }
 
 std::string cell_id(const Cell& cell, const std::string& data_identity) {
@@ -73,6 +81,8 @@ bool Filter::keeps(const Cell& cell) const {
       value = name_of(cell.stage);
     } else if (key == "threads") {
       value = std::to_string(cell.threads.count);
+    } else if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) {
+      value = *label;
     } else if (const auto found = cell.parameters.values().find(key);
                found != cell.parameters.values().end()) {
       value = found->second;

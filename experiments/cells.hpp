@@ -1,4 +1,4 @@
-// A cell: data set x codec x parameters x stage x threads. Each has an id made of what it is, so that
+// A cell: data set x codec x parameters x stage x threads, and of the render stage what render_choice.hpp lists. Each has an id made of what it is, so that
 // finished work is found again: the hash of its canonical text, in which the data set stands with its
 // identity and the codec with its version.
 #pragma once
@@ -12,12 +12,13 @@
 
 #include "codecs/codec.hpp"
 #include "experiments/datasets.hpp"
+#include "experiments/render_choice.hpp"
 
 namespace cvr::experiments {
 
-enum class Stage : std::uint8_t { kEncode, kDecode, kRandomAccess };
-inline constexpr std::array kStages{Stage::kEncode, Stage::kDecode, Stage::kRandomAccess};
-/// "encode", "decode", "random-access".
+enum class Stage : std::uint8_t { kEncode, kDecode, kRandomAccess, kRender };
+inline constexpr std::array kStages{Stage::kEncode, Stage::kDecode, Stage::kRandomAccess, Stage::kRender};
+/// "encode", "decode", "random-access", "render".
 std::string_view name_of(Stage stage);
 std::optional<Stage> stage_from_name(std::string_view name);
 
@@ -37,9 +38,10 @@ struct Cell {
   codecs::Parameters parameters;
   Stage stage = Stage::kEncode;
   Threads threads;
+  std::optional<RenderChoice> render = std::nullopt;  ///< of the render stage, and only there
 
   /// What joins the cells of one table line across stages and runs: data set, extent, codec, parameters,
-  /// threads.
+  /// threads; a cell of the render stage has a line of its own.
   std::string line_key() const;
   /// line_key and stage: finds a cell's row without its data being present.
   std::string row_key() const;
@@ -52,7 +54,7 @@ std::string canonical_text(const Cell& cell, const std::string& data_identity);
 /// 16 hexadecimal digits: XXH3-64 of the canonical text.
 std::string cell_id(const Cell& cell, const std::string& data_identity);
 
-/// Keeps a cell: every key of `only` (dataset, codec, stage, threads, or a parameter's name) has a matching
+/// Keeps a cell: every key of `only` (dataset, codec, stage, threads, one of kRenderLabels, or a parameter's name) has a matching
 /// glob.
 struct Filter {
   std::vector<std::pair<std::string, std::string>> only;

@@ -5,14 +5,14 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <thread>
 
 #include "codecs/registry.hpp"
-#include "experiments/metrics.hpp"
+#include "experiments/render_axes.hpp"
+#include "experiments/table_spec.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "volumes/generators/generator.hpp"
 
@@ -33,6 +33,7 @@ struct Block {
   std::vector<CodecChoice> codecs;
   std::vector<Stage> stages;
   std::vector<Threads> threads{{"1", 1}};
+  RenderAxes render;
 };
 
 std::vector<std::string> codec_ids() {
@@ -195,96 +196,43 @@ Threads read_threads(const YamlValue& value) {
 
 Block read_block(const YamlValue& value, const Catalogue& catalogue) {
   Block block;
-  value.fields(
-      {{"datasets",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("data sets")) {
-            block.datasets.push_back(std::make_shared<Dataset>(read_dataset(one, catalogue)));
-          }
-        },
-        true},
-       {"codecs",
-        [&](const YamlValue& v) {
-          if (v.is_scalar() && v.text() == "all") {
-            for (const codecs::Codec* codec : codecs::all_codecs()) {
-              block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
-            }
-            return;
-          }
-          for (const YamlValue& one : v.list("codecs, or all")) read_codec(one, block.codecs);
-        },
-        true},
-       {"stages",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("stages")) {
-            const auto stage = stage_from_name(one.text("a stage"));
-            if (!stage) one.expected("encode, decode or random-access");
-            block.stages.push_back(*stage);
-          }
-        },
-        true},
-       {"threads", [&](const YamlValue& v) {
-          block.threads.clear();
-          for (const YamlValue& one : v.list_or_one("thread counts"))
-            block.threads.push_back(read_threads(one));
-        }}});
+  std::vector<YamlValue::Field> fields{
+      {"datasets",
+       [&](const YamlValue& v) {
+         for (const YamlValue& one : v.list("data sets")) {
+           block.datasets.push_back(std::make_shared<Dataset>(read_dataset(one, catalogue)));
+         }
+       },
+       true},
+      {"codecs",
+       [&](const YamlValue& v) {
+         if (v.is_scalar() && v.text() == "all") {
+           for (const codecs::Codec* codec : codecs::all_codecs()) {
+             block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
+           }
+           return;
+         }
+         for (const YamlValue& one : v.list("codecs, or all")) read_codec(one, block.codecs);
+       },
+       true},
+      {"stages",
+       [&](const YamlValue& v) {
+         for (const YamlValue& one : v.list("stages")) {
+           const auto stage = stage_from_name(one.text("a stage"));
+           if (!stage) one.expected("encode, decode, random-access or render");
+           block.stages.push_back(*stage);
+         }
+       },
+       true},
+      {"threads", [&](const YamlValue& v) {
+         block.threads.clear();
+         for (const YamlValue& one : v.list_or_one("thread counts"))
+           block.threads.push_back(read_threads(one));
+       }}};
+  for (YamlValue::Field& field : block.render.fields()) fields.push_back(std::move(field));
+  value.fields(fields);
+  block.render.check(value, std::ranges::find(block.stages, Stage::kRender) != block.stages.end());
   return block;
-}
-
-std::string read_line_label(const YamlValue& value) {
-  std::vector<std::string> labels{"dataset", "extent", "type", "codec", "parameters", "threads"};
-  for (const codecs::Codec* codec : codecs::all_codecs()) {
-    for (const auto& spec : codec->parameters()) {
-      if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
-    }
-  }
-  const std::string label = value.text("a label");
-  if (std::ranges::find(labels, label) == labels.end()) {
-    value.expected(fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
-  }
-  return label;
-}
-
-TableSpec read_table(const YamlValue& value, const std::string& config_path) {
-  TableSpec table;
-  value.fields(
-      {{"name", [&](const YamlValue& v) { table.name = v.text("a name"); }, true},
-       {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
-       {"rows",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("labels of a line")) table.rows.push_back(read_line_label(one));
-        },
-        true},
-       {"columns",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("metrics")) {
-            if (find_metric(one.text()) == nullptr) {
-              one.expected("a metric ('list metrics' names them)" + did_you_mean(one.text(), metric_names()));
-            }
-            table.columns.push_back(one.text());
-          }
-        },
-        true},
-       {"where",
-        [&](const YamlValue& v) {
-          for (const auto& [key, glob] : v.entries())
-            table.where.emplace_back(key.text(), glob.text("a glob"));
-        }},
-       {"published", [&](const YamlValue& v) {
-          v.fields({{"file",
-                     [&](const YamlValue& f) {
-                       const auto beside =
-                           std::filesystem::path(config_path).parent_path() / f.text("a path");
-                       table.published_file = beside.lexically_normal().string();
-                       if (!std::filesystem::exists(table.published_file))
-                         f.expected("a file at " + table.published_file);
-                     },
-                     true},
-                    {"table", [&](const YamlValue& f) { table.published_table = f.text("a name"); }, true}});
-        }}});
-  if (table.name.find('/') != std::string::npos)
-    value.reject("expected a table name without '/', found " + table.name);
-  return table;
 }
 
 TestFault read_fault(const YamlValue& value) {
@@ -313,6 +261,7 @@ std::vector<YamlValue::Field> simple_fields(Config& config) {
       {"timeout_s", [&](const YamlValue& v) { config.timeout_s = v.number(0.01, 1e7); }},
       {"memory_limit_gib", [&](const YamlValue& v) { config.memory_limit_gib = v.number(0.001, 1e6); }},
       {"seed", [&](const YamlValue& v) { config.seed = v.integer(0, UINT64_MAX); }},
+      {"device", [&](const YamlValue& v) { config.device = v.text("an index, a name or a type"); }},
       {"lods",
        [&](const YamlValue& v) {
          config.lods.clear();
@@ -339,6 +288,18 @@ void apply_setting(const std::string& setting, Config& config) {
   field->read(YamlValue::from_text(setting.substr(equals + 1), "--set " + key));
 }
 
+/// The threads of such cells are those that prepare the picture, as many as there are cores; no time depends on them.
+template <class Add>
+void add_render_cells(const Block& block, const std::shared_ptr<const Dataset>& dataset,
+                      const CodecChoice& choice, const std::string& device, const Add& add) {
+  const auto& traits = choice.codec->traits();
+  const Threads all{"all", std::max(1u, std::thread::hardware_concurrency())};
+  for (RenderChoice& render : block.render.choices(choice.parameters, device)) {
+    add({dataset, std::string(traits.id), traits.version, choice.parameters, Stage::kRender, all,
+         std::move(render)});
+  }
+}
+
 std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config) {
   std::vector<Cell> cells;
   std::set<std::string> seen;
@@ -356,6 +317,11 @@ std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config)
         dataset = scaled;
       }
       for (const Stage stage : block.stages) {
+        if (stage == Stage::kRender) {
+          for (const CodecChoice& choice : block.codecs)
+            add_render_cells(block, dataset, choice, config.device, add);
+          continue;
+        }
         for (const Threads& threads : block.threads) {
           if (stage != Stage::kRandomAccess) add({dataset, std::string(kMemcpy), 1, {}, stage, threads});
           for (const CodecChoice& choice : block.codecs) {
@@ -405,6 +371,13 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
   config.hash = hash_config(path, settings);
   config.cells = expand(blocks, config);
   return config;
+}
+
+void choose_device(Config& config, const std::string& device) {
+  config.device = device;
+  for (Cell& cell : config.cells) {
+    if (cell.render) cell.render->device = device;
+  }
 }
 
 }  // namespace cvr::experiments

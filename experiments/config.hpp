@@ -9,15 +9,27 @@
 //   memory_limit_gib: 16       of a worker process, beyond the mapped input
 //   seed: 1                    of the order of the rounds and of the points of random access
 //   lods: all | [0, 1]         levels of detail of random access
+//   device: TEXT               that draws: an index or a part of a name or type ('list devices'); default: the renderer's choice
 //   matrix:                    a list of blocks; the cells are the union of their products
 //     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4, exchange_axes: 1},
 //                  {generator: KIND, extent: [x, y, z], seed: 1, parameters: {..}, name: NAME}]
 //       codecs: all | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies the cells
-//       stages: [encode, decode, random-access]
-//       threads: [1, all]      default [1]
+//       stages: [encode, decode, random-access, render]
+//       threads: [1, all]      default [1]; not of the stage render
+//       of the stage render:
+//       scenes: [NAME]         files of configs/scenes, or paths                caches: all | [none, voxel, ...]   'list caches'
+//       shadings: [local, shadow, ao]      default: the scene's own             cache_mib: 256 or a list
+//       lod_bias: 0 or a list  default: the scene's own                         ao_samples: 1 or a list; frames a camera, averaged
+//       size: [W, H]   frames: N           default: the scene's own             brick: 32, of codecs without bricks of their own
+//       jump_frames: 8         frames compared with the truth after a camera jump; default none
+//       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
 //       where: {dataset|codec|threads|PARAMETER: GLOB}           published: {file: PATH beside this file, table: NAME}
+//       A table that names scene, cache, shading, cache_mib, lod_bias, ao_samples, size or frames is about cells of the stage
+//       render, any other about the rest.
+//       pivot: {columns: [LABEL, ...], metric: METRIC}      in place of `columns`: one column for each combination of the labels,
+//                                                           each cell "measured (published)"
 //   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
 #pragma once
 
@@ -33,6 +45,12 @@
 
 namespace cvr::experiments {
 
+/// Spreads one metric over columns.
+struct Pivot {
+  std::vector<std::string> columns;  ///< labels whose combinations become columns
+  std::string metric;
+};
+
 struct TableSpec {
   std::string name, title;
   std::vector<std::string>
@@ -41,6 +59,10 @@ struct TableSpec {
   std::vector<std::pair<std::string, std::string>> where;
   std::string published_file;  ///< empty if none
   std::string published_table;
+  std::optional<Pivot> pivot;
+
+  /// Whether it is about cells of the render stage.
+  bool renders() const;
 };
 
 struct TestFault {
@@ -56,6 +78,7 @@ struct Config {
   double memory_limit_gib = 16;
   std::uint64_t seed = 1;
   std::vector<unsigned> lods;  ///< empty: all
+  std::string device;          ///< of the render stage; empty: the renderer's choice
   std::vector<Cell> cells;  ///< memcpy first for each data set, stage and number of threads; each cell once
   std::vector<TableSpec> tables;
   std::optional<TestFault> test_fault;
@@ -65,5 +88,8 @@ struct Config {
 /// the file. Throws InputError.
 Config load_config(const std::string& path, const Catalogue& catalogue,
                    const std::vector<std::string>& settings);
+
+/// Another device in place of the one that the configuration names.
+void choose_device(Config& config, const std::string& device);
 
 }  // namespace cvr::experiments

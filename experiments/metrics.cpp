@@ -6,6 +6,8 @@
 #include <functional>
 #include <optional>
 
+#include "experiments/render_metrics.hpp"
+
 namespace cvr::experiments {
 
 namespace {
@@ -124,9 +126,7 @@ std::string ratio_text(const LineContext& line) {
   return "";
 }
 
-}  // namespace
-
-std::span<const Metric> all_metrics() {
+std::span<const Metric> voxel_metrics() {
   using L = const LineContext&;
   static const Metric kMetrics[] = {
       {"rate", "file rate %",
@@ -186,6 +186,18 @@ std::span<const Metric> all_metrics() {
       {"status", "status", "ok, or the statuses of the stages that are not", status_text},
   };
   return kMetrics;
+}
+
+}  // namespace
+
+std::span<const Metric> all_metrics() {
+  static const std::vector<Metric> kAll = [] {
+    const auto voxels = voxel_metrics(), pictures = render_metrics();
+    std::vector<Metric> all(voxels.begin(), voxels.end());
+    all.insert(all.end(), pictures.begin(), pictures.end());
+    return all;
+  }();
+  return kAll;
 }
 
 const Metric* find_metric(std::string_view name) {

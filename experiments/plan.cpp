@@ -15,6 +15,10 @@ constexpr double kModelVoxelsPerSecond = 50e6;
 constexpr double kModelMemcpyPerSecond = 1000e6;
 constexpr double kModelAccessRound = 0.5;
 constexpr std::uint64_t kModelProcess = std::uint64_t{64} << 20;
+constexpr double kModelPixelsPerSecond = 2e6;
+constexpr double kModelCheckFrames = 20;
+constexpr std::uint64_t kModelDriver = std::uint64_t{256} << 20;
+constexpr std::uint64_t kModelPixel = 100;  // bytes, of pictures on the device and here
 
 /// The reason why a codec cannot run a cell, as far as its traits tell.
 std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info) {
@@ -22,6 +26,10 @@ std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info
   const auto& traits = codecs::find_codec(cell.codec)->traits();
   if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
     return fmt::format("does not accept voxels of type {}", name_of(info.type));
+  }
+  if (cell.stage == Stage::kRender) {
+    if (info.kind == volumes::VolumeKind::kScalars) return "only label volumes are drawn";
+    return traits.gpu_decodable ? "" : "no decoder for the GPU";
   }
   if (cell.stage != Stage::kRandomAccess) return "";
   if (traits.access == codecs::Granularity::kVolume) return "no access to single voxels";
@@ -32,6 +40,15 @@ std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info
 void expect_from_model(const Config& config, PlannedCell& planned) {
   const volumes::VolumeInfo& info = planned.location->info;
   const auto rounds = static_cast<double>(config.rounds);
+  if (const auto& render = planned.cell.render) {
+    const std::uint64_t pixels = std::uint64_t{render->width} * render->height;
+    const double frames = kModelCheckFrames + (rounds + 1) * render->frames * render->ao_samples;
+    planned.expected_seconds = 4 + frames * static_cast<double>(pixels) / kModelPixelsPerSecond;
+    // Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of the counting renderer.
+    planned.expected_memory = 4 * info.bytes() + 8 * info.extent.voxels() + (render->cache_mib << 21) +
+                              kModelPixel * pixels + kModelDriver;
+    return;
+  }
   const double speed = planned.cell.codec == kMemcpy ? kModelMemcpyPerSecond : kModelVoxelsPerSecond;
   const double pass = static_cast<double>(info.extent.voxels()) / (speed * planned.cell.threads.count);
   planned.expected_seconds = planned.cell.stage == Stage::kRandomAccess
@@ -65,8 +82,9 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, 
     if (!filter.keeps(cell)) continue;
     PlannedCell planned;
     planned.cell = cell;
-    const std::string place = fmt::format("{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
-                                          cell.dataset->exchange_axes);
+    const std::string place =
+        fmt::format("{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
+                    cell.dataset->exchange_axes);
     auto& location = locations[place];
     if (!location) location = std::make_shared<Location>(locate(*cell.dataset, places));
     planned.location = location;

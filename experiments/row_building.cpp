@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/frame_times.hpp"
 #include "experiments/provenance.hpp"
 
 namespace cvr::experiments {
@@ -39,9 +40,10 @@ Row describe(const std::vector<double>& samples) {
 void Measured::add(const std::vector<Sample>& samples) {
   for (const Sample& sample : samples) {
     auto at = std::ranges::find(series, sample.series, &Series::name);
-    if (at == series.end()) at = series.insert(series.end(), {sample.series, sample.count, {}, {}});
+    if (at == series.end()) at = series.insert(series.end(), {sample.series, sample.count, {}, {}, {}});
     at->wall_seconds.push_back(sample.wall_seconds);
     at->cpu_seconds.push_back(sample.cpu_seconds);
+    at->counts.push_back(sample.count);
   }
   ++rounds;
 }
@@ -83,6 +85,10 @@ Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& proven
   row["codec"]["parameters"] = cell.parameters.values();
   row["stage"] = name_of(cell.stage);
   row["threads"] = cell.threads.count;
+  if (cell.render) {
+    row["render"] = to_row(*cell.render);
+    row["render"].erase("scene_path");
+  }
   row["provenance"] = provenance;
   row["provenance"]["config_hash"] = config_hash;
   row["provenance"]["time"] = utc_now();
@@ -99,6 +105,10 @@ void add_times(const PlannedCell& planned, const Measured& measured, const std::
     const Measured::Series& series = measured.series.front();
     time["seconds"] = describe(series.wall_seconds);
     time["cpu_seconds"] = describe(series.cpu_seconds);
+    if (planned.cell.stage == Stage::kRender) {
+      row["frames"] = describe_frames(measured);
+      return;
+    }
     const double median = time["seconds"]["median"].get<double>();
     const double rate = median > 0 ? 1 / median : std::numeric_limits<double>::infinity();
     time["gb_per_s"] = finite_or_null(1e-9 * static_cast<double>(info.bytes()) * rate);

@@ -18,6 +18,7 @@ struct Measured {
     std::string name;
     std::uint64_t count = 0;
     std::vector<double> wall_seconds, cpu_seconds;
+    std::vector<std::uint64_t> counts;
   };
   std::vector<Series> series;
   std::size_t rounds = 0;
@@ -31,7 +32,7 @@ struct Measured {
 Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& provenance,
               const std::string& config_hash, std::string_view status, const std::string& reason);
 
-/// "time" and, for random access, "access".
+/// "time" and, for random access, "access", for the stage render "frames".
 void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop, Row& row);
 
 }  // namespace cvr::experiments

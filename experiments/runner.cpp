@@ -14,6 +14,7 @@
 #include "experiments/provenance.hpp"
 #include "experiments/row_building.hpp"
 #include "experiments/worker_process.hpp"
+#include "gpu/vulkan/device.hpp"
 
 namespace cvr::experiments {
 
@@ -60,6 +61,7 @@ class Runner {
     const auto rows = load_rows((fs::path(options_.out) / "rows.jsonl").string());
     const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
     summary_.total = plan.size();
+    require_device(plan);
     fs::remove_all(scratch_);
     fs::create_directories(scratch_);
     for (std::size_t first = 0; first < plan.size() && !interrupted();) {
@@ -75,6 +77,14 @@ class Runner {
   }
 
  private:
+  /// One clear end in place of a failed row a cell where nothing can draw. Throws gpu::DeviceError.
+  void require_device(const std::vector<PlannedCell>& plan) const {
+    const bool draws = std::ranges::any_of(plan, [](const PlannedCell& planned) {
+      return planned.decision == Decision::kRun && planned.cell.stage == Stage::kRender;
+    });
+    if (draws) const gpu::Device there({.choice = config_.device});
+  }
+
   bool interrupted() const { return options_.interrupted != nullptr && *options_.interrupted != 0; }
 
   void say(const std::string& text, bool cell_ended = false) const {
@@ -89,6 +99,9 @@ class Runner {
     std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
     if (status != kOk) {
       text += fmt::format(" ({})", row["reason"].get<std::string>());
+    } else if (row.contains("frames")) {
+      text += fmt::format(", {:.4g} ms a frame, {} rounds", row["frames"]["mean_ms"].get<double>(),
+                          row["time"]["rounds"].get<int>());
     } else if (row["time"].contains("seconds")) {
       text += fmt::format(", {:.4g} s, {} rounds", row["time"]["seconds"]["median"].get<double>(),
                           row["time"]["rounds"].get<int>());
@@ -177,6 +190,7 @@ class Runner {
     spec.scratch = scratch_;
     spec.seed = config_.seed;
     spec.lods = config_.lods;
+    spec.render = planned.cell.render;
     if (config_.test_fault && fnmatch(config_.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
         fnmatch(config_.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
       spec.fault = config_.test_fault->fault;

@@ -29,6 +29,7 @@ std::string label_of(const Cell& cell, const std::string& key) {
   if (key == "threads")
     return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
   if (key == "parameters") return cell.parameters.canonical();
+  if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) return *label;
   const auto found = cell.parameters.values().find(key);
   return found == cell.parameters.values().end() ? "" : found->second;
 }
@@ -40,6 +41,7 @@ std::vector<TableLine> collect_lines(const TableSpec& spec, const Config& config
   std::map<std::string, std::size_t> by_key;
   const Filter where{spec.where};
   for (const Cell& cell : config.cells) {
+    if (cell.render.has_value() != spec.renders()) continue;
     // memcpy has no parameters; conditions on them do not take its line away.
     Filter applicable = where;
     if (cell.codec == kMemcpy) {
@@ -75,7 +77,8 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::stri
       const std::string reason =
           fmt::format("{} {}: {}", name_of(stage), status, row->value("reason", "no reason given"));
       auto& who = reasons[reason];
-      const std::string name = status == kDataMissing ? line.cell->dataset->name : line.cell->codec;
+      std::string name = status == kDataMissing ? line.cell->dataset->name : line.cell->codec;
+      if (line.cell->render && status != kDataMissing) name += " " + line.cell->render->access;
       if (std::ranges::find(who, name) == who.end()) who.push_back(name);
     }
   }
@@ -85,7 +88,8 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::stri
 }
 
 void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::string>& notes) {
-  std::vector<std::string> machines, labels;
+  std::vector<std::string> machines, labels, devices;
+  bool software = false;
   const auto add_once = [](std::vector<std::string>& texts, const std::string& text) {
     if (!text.empty() && std::ranges::find(texts, text) == texts.end()) texts.push_back(text);
   };
@@ -93,12 +97,25 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
     for (const auto& [stage, row] : line.rows) {
       if (row == nullptr) continue;
       if (row->contains("provenance")) add_once(machines, hardware_line((*row)["provenance"]));
+      if (row->contains("device")) {
+        const Row& device = (*row)["device"];
+        add_once(devices, fmt::format("{} ({}, {})", device.value("name", "?"), device.value("type", "?"),
+                                      device.value("driver", "?")));
+        software = software || device.value("type", "") == "software";
+      }
       if (!row->contains("dataset")) continue;
       const std::string label = (*row)["dataset"].value("label", "");
       if (!label.empty()) add_once(labels, fmt::format("{} is a {} volume", line.cell->dataset->name, label));
     }
   }
   for (const std::string& machine : machines) notes.push_back("Measured on: " + machine + ".");
+  for (const std::string& device : devices) notes.push_back("Drawn on: " + device + ".");
+  if (software) {
+    notes.push_back(
+        "A software device draws on the processor: these are CPU times, not comparable with those of a GPU. "
+        "What carries over "
+        "are pictures, counts of work and memory.");
+  }
   for (std::string label : labels) {
     if (const std::size_t at = label.find(" is a stand-in for "); at != std::string::npos) {
       label = label.substr(0, label.size() - std::string_view(" volume").size());
@@ -111,9 +128,18 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
 /// What the columns mean, for who sees such a table for the first time.
 std::string explain_columns(const TableSpec& spec) {
   std::string text = "Columns: ";
+  if (spec.pivot) {
+    const Metric* metric = find_metric(spec.pivot->metric);
+    const std::string_view published = spec.published_file.empty() || metric->name != "frame_ms"
+                                           ? ""
+                                           : ", and in parentheses what the publication states";
+    return fmt::format("Cells: **{}** {}{}. Columns: {}.", metric->heading, metric->description, published,
+                       fmt::join(spec.pivot->columns, ", "));
+  }
   for (const std::string& column : spec.columns) {
     const Metric* metric = find_metric(column);
-    text += fmt::format("{}**{}** {}", text.ends_with(": ") ? "" : "; ", metric->heading, metric->description);
+    text +=
+        fmt::format("{}**{}** {}", text.ends_with(": ") ? "" : "; ", metric->heading, metric->description);
   }
   return text + ".";
 }
@@ -194,6 +220,72 @@ std::string render_latex(const Table& table) {
   return text;
 }
 
+using Published = std::optional<PublishedTable>;
+
+LineContext context_of(const TableLine& line, const Published& published) {
+  return {line.rows, published ? published->find(*line.cell) : nullptr, line.cell->codec == kMemcpy};
+}
+
+void fill_columns(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
+                  Table& table) {
+  for (const std::string& column : spec.columns) table.headings.emplace_back(find_metric(column)->heading);
+  for (const TableLine& line : lines) {
+    const LineContext context = context_of(line, published);
+    std::vector<std::string> cells;
+    for (const std::string& key : spec.rows) cells.push_back(label_of(*line.cell, key));
+    for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->text(context));
+    table.lines.push_back(std::move(cells));
+  }
+}
+
+/// All combinations of the labels' values that occur, the values in the order of their first occurrence.
+std::vector<std::vector<std::string>> combinations(const std::vector<TableLine>& lines,
+                                                   const std::vector<std::string>& labels) {
+  std::vector<std::map<std::string, std::size_t>> order(labels.size());
+  std::map<std::vector<std::size_t>, std::vector<std::string>> sorted;
+  for (const TableLine& line : lines) {
+    std::vector<std::size_t> position;
+    std::vector<std::string> values;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      values.push_back(label_of(*line.cell, labels[i]));
+      position.push_back(order[i].emplace(values.back(), order[i].size()).first->second);
+    }
+    sorted.emplace(std::move(position), std::move(values));
+  }
+  std::vector<std::vector<std::string>> all;
+  for (auto& [position, values] : sorted) all.push_back(std::move(values));
+  return all;
+}
+
+/// "measured (published)"; several cells of one place are separated by slashes.
+void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
+                Table& table) {
+  const Metric& metric = *find_metric(spec.pivot->metric);
+  const auto columns = combinations(lines, spec.pivot->columns);
+  const auto labels = combinations(lines, spec.rows);
+  for (const auto& column : columns) table.headings.push_back(fmt::format("{}", fmt::join(column, " ")));
+  for (const auto& label : labels) {
+    table.lines.push_back(label);
+    table.lines.back().resize(label.size() + columns.size());
+  }
+  const auto place_of = [](const auto& all, const Cell& cell, const std::vector<std::string>& keys) {
+    std::vector<std::string> values;
+    for (const std::string& key : keys) values.push_back(label_of(cell, key));
+    return static_cast<std::size_t>(std::ranges::find(all, values) - all.begin());
+  };
+  for (const TableLine& line : lines) {
+    const LineContext context = context_of(line, published);
+    std::string& cell = table.lines[place_of(labels, *line.cell, spec.rows)]
+                                   [spec.rows.size() + place_of(columns, *line.cell, spec.pivot->columns)];
+    std::string text = metric.text(context);
+    if (const std::string stated =
+            metric.name == "frame_ms" ? find_metric("published_frame_ms")->text(context) : "";
+        !stated.empty())
+      text += fmt::format("{}({})", text.empty() ? "" : " ", stated);
+    if (!text.empty()) cell += (cell.empty() ? "" : " / ") + text;
+  }
+}
+
 }  // namespace
 
 std::optional<TableFormat> table_format_from_name(std::string_view name) {
@@ -210,15 +302,7 @@ Table make_table(const TableSpec& spec, const Config& config, const std::vector<
   const auto latest = latest_by(rows, "key");
   const auto lines = collect_lines(spec, config, latest);
   for (const std::string& key : spec.rows) table.headings.push_back(key);
-  for (const std::string& column : spec.columns) table.headings.emplace_back(find_metric(column)->heading);
-  for (const TableLine& line : lines) {
-    const LineContext context{line.rows, published ? published->find(*line.cell) : nullptr,
-                              line.cell->codec == kMemcpy};
-    std::vector<std::string> cells;
-    for (const std::string& key : spec.rows) cells.push_back(label_of(*line.cell, key));
-    for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->text(context));
-    table.lines.push_back(std::move(cells));
-  }
+  spec.pivot ? fill_pivot(spec, lines, published, table) : fill_columns(spec, lines, published, table);
   table.notes.push_back(explain_columns(spec));
   add_origin_notes(lines, table.notes);
   if (published) {

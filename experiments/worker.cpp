@@ -30,6 +30,7 @@ void limit_memory(const WorkerSpec& spec) {
       spec.memory_limit + spec.location.info.bytes() + kProgram + (spec.threads + 2) * kReservedPerThread;
   const rlimit data{spec.memory_limit, spec.memory_limit}, space{all, all};
   setrlimit(RLIMIT_DATA, &data);
+  if (spec.stage == Stage::kRender) return;  // drivers reserve address space as they like
   setrlimit(RLIMIT_AS, &space);
 #else
   (void)spec;  // a sanitizer's shadow memory exceeds any limit

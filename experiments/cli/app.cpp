@@ -10,6 +10,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/worker_process.hpp"
 #include "experiments/yaml_reader.hpp"
+#include "gpu/vulkan/device.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -37,7 +38,7 @@ std::string expected_command(const CLI::App& app, int argc, char** argv) {
 }  // namespace
 
 int run_command_line(int argc, char** argv, const Environment& environment) {
-  CLI::App app{"Measures how small, how fast and how exact compressed volumes are.", "cvrbench"};
+  CLI::App app{"Measures how small, how fast and how exact compressed volumes are, and draws them.", "cvrbench"};
   app.set_version_flag("--version",
                        fmt::format("cvrbench {} ({})", build_info::kVersion, build_info::kRevision));
   app.require_subcommand(1);
@@ -50,6 +51,7 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
   add_volume_commands(app, exit_code);
   add_codec_commands(app, exit_code);
   add_inspection_commands(app, exit_code);
+  add_render_command(app, exit_code);
   try {
     app.parse(argc, argv);
     return exit_code;
@@ -62,6 +64,8 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
   } catch (const volumes::InputError& error) {
     return complain(kExitUsage, error.what());
   } catch (const EnvironmentError& error) {
+    return complain(kExitEnvironment, error.what());
+  } catch (const gpu::DeviceError& error) {
     return complain(kExitEnvironment, error.what());
   } catch (const std::system_error& error) {
     return complain(kExitEnvironment, error.what());

@@ -41,15 +41,7 @@ void report_encoding(const Row& report) {
 }
 
 void encode(const EncodeOptions& options) {
-  const codecs::Codec* codec = codecs::find_codec(options.codec);
-  if (codec == nullptr) {
-    const auto ids = codec_ids();
-    throw volumes::InputError(fmt::format("--codec: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
-                                          options.codec, did_you_mean(options.codec, ids)));
-  }
-  const auto parameters = codecs::Parameters::parse(codec->parameters(), options.parameters);
-  if (!parameters)
-    throw volumes::InputError(fmt::format("-p: {}: {}", options.codec, parameters.error().message));
+  const auto [codec, parameters] = parse_codec(options.codec, options.parameters);
   std::optional<volumes::VolumeKind> kind;
   if (!options.kind.empty()) kind = volumes::volume_kind_from_name(options.kind);
   const auto opened = volumes::open_volume(options.in, kind);
@@ -58,7 +50,7 @@ void encode(const EncodeOptions& options) {
   const volumes::MemorySource source(opened->info(),
                                      opened->data() == nullptr ? volume.data() : opened->data());
   const Stopwatch watch;
-  const auto encoded = codecs::encode(*codec, source, *parameters, options.threads);
+  const auto encoded = codecs::encode(*codec, source, parameters, options.threads);
   const Sample time = watch.lap("encode", source.info().extent.voxels());
   if (!encoded) fail_on_file(options.in, encoded.error());
   const auto bytes = encoded->bytes.bytes();
@@ -68,7 +60,7 @@ void encode(const EncodeOptions& options) {
   Row report;
   report["file"] = options.out;
   report["codec"] = options.codec;
-  report["parameters"] = parameters->values();
+  report["parameters"] = parameters.values();
   report["threads"] = options.threads;
   report["original_bytes"] = source.info().bytes();
   Row size = describe_size(*file, bytes.size(), options.bytes_per_voxel);
@@ -115,6 +107,19 @@ int validate(const ValidateOptions& options) {
 }
 
 }  // namespace
+
+std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(const std::string& id,
+                                                                const std::vector<std::string>& parameters) {
+  const codecs::Codec* codec = codecs::find_codec(id);
+  if (codec == nullptr) {
+    const auto ids = codec_ids();
+    throw volumes::InputError(fmt::format("--codec: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
+                                          id, did_you_mean(id, ids)));
+  }
+  auto parsed = codecs::Parameters::parse(codec->parameters(), parameters);
+  if (!parsed) throw volumes::InputError(fmt::format("-p: {}: {}", id, parsed.error().message));
+  return {codec, std::move(*parsed)};
+}
 
 void add_codec_commands(CLI::App& app, int& exit_code) {
   auto e = std::make_shared<EncodeOptions>();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "codecs/codec.hpp"
 #include "experiments/cli/app.hpp"
 #include "experiments/datasets.hpp"
 #include "experiments/rows.hpp"
@@ -20,9 +21,14 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
 void add_volume_commands(CLI::App& app, int& exit_code);                               // generate, convert
 void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate
 void add_inspection_commands(CLI::App& app, int& exit_code);  // inspect, at, error
+void add_render_command(CLI::App& app, int& exit_code);       // render
 
 /// "X,Y,Z" with positive integers. Throws InputError.
 volumes::Extent parse_extent(const std::string& text);
+
+/// Codec of an id and its parameters from NAME=VALUE texts. Throws InputError naming --codec or -p.
+std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(const std::string& id,
+                                                                const std::vector<std::string>& parameters);
 
 /// The whole file. Throws InputError.
 volumes::Buffer read_file(const std::string& path);

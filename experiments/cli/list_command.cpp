@@ -1,4 +1,4 @@
-// list codecs | datasets | metrics
+// list codecs | datasets | metrics | caches | devices
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,6 +6,8 @@
 #include "codecs/registry.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/metrics.hpp"
+#include "gpu/caches/cache.hpp"
+#include "gpu/vulkan/device.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -106,6 +108,48 @@ void list_metrics(bool json) {
   if (json) print_json(all);
 }
 
+void list_caches(bool json) {
+  Row all = Row::array();
+  for (const gpu::CacheTraits& cache : gpu::all_caches()) {
+    all.push_back({{"id", cache.id},
+                   {"summary", cache.summary},
+                   {"sized", cache.sized},
+                   {"placeholders", cache.placeholders}});
+    if (json) continue;
+    fmt::print("{:<18} {}{}{}\n", cache.id, cache.summary, cache.sized ? ", of --cache-mib" : "",
+               cache.placeholders ? ", first frames are not exact" : "");
+  }
+  if (json) print_json(all);
+}
+
+/// 3 where nothing can draw.
+int list_devices(bool json) {
+  Row all = Row::array();
+  bool usable = false;
+  for (const gpu::DeviceReport& d : gpu::list_devices()) {
+    usable = usable || d.rejected.empty();
+    all.push_back({{"index", d.index},
+                   {"name", d.name},
+                   {"type", d.type},
+                   {"driver", d.driver},
+                   {"api", d.api},
+                   {"memory", d.memory},
+                   {"largest_allocation", d.largest_allocation},
+                   {"shared_memory", d.shared_memory},
+                   {"subgroup", d.subgroup},
+                   {"usable", d.rejected.empty()},
+                   {"rejected", d.rejected}});
+    if (json) continue;
+    fmt::print("{}  {} ({}, {}, Vulkan {}), {} MiB, subgroups of {}\n", d.index, d.name, d.type, d.driver,
+               d.api, d.memory >> 20, d.subgroup);
+    for (const std::string& reason : d.rejected) fmt::print("   rejected: {}\n", reason);
+  }
+  if (json) print_json(all);
+  if (!json && all.empty())
+    fmt::print("no Vulkan device: no driver is installed, or none finds its hardware\n");
+  return usable ? kExitOk : kExitEnvironment;
+}
+
 struct ListOptions {
   std::string what, datasets, data;
   bool json = false;
@@ -114,10 +158,10 @@ struct ListOptions {
 }  // namespace
 
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code) {
-  auto* command = app.add_subcommand("list", "Lists codecs, data sets or metrics");
+  auto* command = app.add_subcommand("list", "Lists codecs, data sets, metrics, access modes or devices");
   auto options = std::make_shared<ListOptions>();
   options->data = environment.data;
-  command->add_option("what", options->what, "codecs | datasets | metrics")->required();
+  command->add_option("what", options->what, "codecs | datasets | metrics | caches | devices")->required();
   command->add_option("--datasets", options->datasets, "folder of data set descriptions");
   command->add_option("--data", options->data, "folder that ${CVRBENCH_DATA} stands for");
   command->add_flag("--json", options->json, "an array of objects on standard output");
@@ -128,12 +172,13 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
     if (options->what == "codecs") return list_codecs(options->json);
     if (options->what == "datasets") return list_datasets(options->datasets, here, options->json);
     if (options->what == "metrics") return list_metrics(options->json);
-    if (options->what == "caches" || options->what == "devices") {
-      throw volumes::InputError(fmt::format(
-          "list {}: this build has no renderer; expected codecs, datasets or metrics", options->what));
+    if (options->what == "caches") return list_caches(options->json);
+    if (options->what == "devices") {
+      exit_code = list_devices(options->json);
+      return;
     }
-    throw volumes::InputError(
-        fmt::format("list: expected codecs, datasets or metrics, found '{}'", options->what));
+    throw volumes::InputError(fmt::format(
+        "list: expected codecs, datasets, metrics, caches or devices, found '{}'", options->what));
   });
 }
 

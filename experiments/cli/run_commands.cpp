@@ -26,7 +26,7 @@ extern "C" void note_interrupt(int) { interrupted = 1; }
 
 struct RunChoices {
   std::vector<std::string> configs, only, settings;
-  std::string out, datasets, data, cache, format = "md", table;
+  std::string out, datasets, data, cache, device, format = "md", table;
   bool resume = false, force = false;
 };
 
@@ -35,8 +35,10 @@ Filter parse_filter(const std::vector<std::string>& only) {
   for (const std::string& text : only) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw volumes::InputError(fmt::format(
-          "--only {}: expected KEY=GLOB with dataset, codec, stage, threads or a parameter", text));
+      throw volumes::InputError(
+          fmt::format("--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
+                      "pictures scene, cache, shading ..",
+                      text));
     }
     filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
@@ -44,7 +46,10 @@ Filter parse_filter(const std::vector<std::string>& only) {
 }
 
 Config load(const RunChoices& choices, const std::string& path) {
-  return load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
+  Config config =
+      load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
+  if (!choices.device.empty()) choose_device(config, choices.device);
+  return config;
 }
 
 std::string default_out(const RunChoices& choices) {
@@ -210,7 +215,8 @@ void add_common(CLI::App& command, RunChoices& c) {
 void add_data_options(CLI::App& command, RunChoices& c) {
   command
       .add_option("--only", c.only,
-                  "KEY=GLOB: dataset, codec, stage, threads or a parameter; the same key twice means either")
+                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
+                  "shading ..; the same key twice means either")
       ->allow_extra_args(false);
   command.add_option("--data", c.data,
                      "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");
@@ -230,6 +236,7 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   running->add_option("configs", c->configs, "configuration files")->required();
   running->add_option("--out", c->out,
                       "folder for rows and tables (default: out/NAME of the first configuration)");
+  running->add_option("--device", c->device, "that draws: index, or part of a name or type ('list devices')");
   running->add_flag("--resume", c->resume, "keep the rows that are ok and measure the rest");
   running->add_flag("--force", c->force, "measure all again; new rows count, old ones stay in the file");
   add_common(*running, *c);

@@ -46,6 +46,8 @@ std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec, const volumes::
       return make_decode_run(spec, truth);
     case Stage::kRandomAccess:
       return make_random_access_run(spec, truth);
+    case Stage::kRender:
+      return make_render_run(spec, truth);
   }
   throw StageFailure(kUnsupported, "unknown stage");
 }
@@ -75,6 +77,7 @@ std::string to_json_line(const WorkerSpec& spec) {
   j["seed"] = spec.seed;
   j["lods"] = spec.lods;
   j["fault"] = spec.fault;
+  if (spec.render) j["render"] = to_row(*spec.render);
   return j.dump() + "\n";
 }
 
@@ -106,6 +109,7 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   spec.seed = j.at("seed").get<std::uint64_t>();
   spec.lods = j.at("lods").get<std::vector<unsigned>>();
   spec.fault = j.at("fault").get<std::string>();
+  if (j.contains("render")) spec.render = render_choice_from_row(j["render"]);
   return spec;
 }
 

@@ -33,6 +33,7 @@ struct WorkerSpec {
   std::uint64_t seed = 1;
   std::vector<unsigned> lods;  ///< empty: all
   std::string fault;
+  std::optional<RenderChoice> render;  ///< of the render stage
 };
 
 std::string to_json_line(const WorkerSpec& spec);
@@ -43,7 +44,7 @@ WorkerSpec worker_spec_from_json(const std::string& line);
 struct Sample {
   std::string series;
   double wall_seconds = 0, cpu_seconds = 0;
-  std::uint64_t count = 0;  ///< voxels or points
+  std::uint64_t count = 0;  ///< voxels, points, frames, or the incomplete pixels of one frame
 };
 
 class StageFailure : public std::runtime_error {

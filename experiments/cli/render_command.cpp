@@ -1,0 +1,226 @@
+// render
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <thread>
+
+#include "codecs/container.hpp"
+#include "codecs/registry.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/scene_file.hpp"
+#include "experiments/statistics.hpp"
+#include "experiments/yaml_reader.hpp"
+#include "gpu/caches/cache.hpp"
+#include "gpu/renderer.hpp"
+#include "volumes/io/io.hpp"
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RenderCommand {
+  std::string in, scene, access = "none", codec, shading, size, device, out, ids;
+  std::vector<std::string> parameters;
+  std::uint32_t frames = 1, brick = 0, samples = 0;
+  std::uint64_t cache_mib = 256;
+  double part = 0;
+  bool json = false;
+  unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+};
+
+/// "WxH".
+std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
+  std::uint32_t width = 0, height = 0;
+  const char* end = text.data() + text.size();
+  const auto [cross, first] = std::from_chars(text.data(), end, width);
+  bool good = first == std::errc{} && cross != end && *cross == 'x';
+  if (good) {
+    const auto [stop, second] = std::from_chars(cross + 1, end, height);
+    good = second == std::errc{} && stop == end;
+  }
+  if (!good || std::min(width, height) < 1 || std::max(width, height) > 16384)
+    throw volumes::InputError(fmt::format("--size {}: expected WIDTHxHEIGHT with each 1..16384", text));
+  return {width, height};
+}
+
+gpu::Scene scene_for(const RenderCommand& command) {
+  gpu::Scene scene = load_scene(find_scene(command.scene));
+  if (!command.size.empty()) std::tie(scene.width, scene.height) = parse_size(command.size);
+  if (!command.shading.empty()) scene.shading = *gpu::shading_from_name(command.shading);
+  if (command.samples > 0) scene.accumulate = command.samples;
+  if (scene.shading != gpu::Shading::kAo) scene.accumulate = 1;
+  return scene;
+}
+
+void check_access(const std::string& access) {
+  if (gpu::find_cache(access) != nullptr) return;
+  std::vector<std::string> ids;
+  for (const gpu::CacheTraits& cache : gpu::all_caches()) ids.emplace_back(cache.id);
+  throw volumes::InputError(fmt::format("--cache: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
+                                        access, did_you_mean(access, ids)));
+}
+
+/// Whether the file begins like an encoded one.
+bool is_encoded(const std::string& path) {
+  return fs::path(path).extension() == ".cvr" && fs::is_regular_file(path);
+}
+
+volumes::Buffer obtain_file(const RenderCommand& command) {
+  if (is_encoded(command.in)) {
+    if (!command.codec.empty() || !command.parameters.empty())
+      throw volumes::InputError(
+          fmt::format("{}: expected --codec and -p only with a volume, found an encoded file", command.in));
+    return read_file(command.in);
+  }
+  const auto [codec, parameters] =
+      parse_codec(command.codec.empty() ? "raw" : command.codec, command.parameters);
+  const auto source = volumes::open_volume(command.in, std::nullopt);
+  auto encoded = codecs::encode(*codec, *source, parameters, command.threads);
+  if (!encoded) fail_on_file(command.in, encoded.error());
+  return std::move(encoded->bytes);
+}
+
+/// "out.png", or "out_0007.png" in a sequence.
+std::string numbered(const std::string& path, std::uint32_t frame, std::uint32_t frames) {
+  if (frames == 1) return path;
+  const fs::path whole(path);
+  return (whole.parent_path() /
+          fmt::format("{}_{:04}{}", whole.stem().string(), frame, whole.extension().string()))
+      .string();
+}
+
+struct Drawn {
+  std::vector<double> ms;  ///< of settled pictures: all frames of one view together
+  std::vector<std::uint32_t> frames;
+  Row files = Row::array();
+};
+
+/// An encoding cannot settle only where its cache is too small for one ray.
+Drawn draw(const RenderCommand& command, const gpu::Scene& scene, gpu::Renderer& renderer) {
+  Drawn drawn;
+  for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
+    const double part =
+        command.frames == 1 ? command.part : static_cast<double>(frame) / (command.frames - 1);
+    const gpu::Camera camera = scene.path.at(part);
+    const gpu::FrameResult first = renderer.render(camera);
+    drawn.ms.push_back(1e3 * first.gpu_seconds);
+    const gpu::Settled settled = renderer.settle(camera, scene.accumulate);
+    drawn.frames.push_back(settled.frames);
+    if (!settled.complete) {
+      throw volumes::InputError(
+          fmt::format("--cache-mib {}: the cache cannot hold what one view needs: {} pixels incomplete",
+                      command.cache_mib, settled.incomplete));
+    }
+    const gpu::Image image = renderer.read_image();
+    const std::string file = numbered(command.out, frame, command.frames);
+    gpu::write_png(file, image.width, image.height, image.rgb8());
+    drawn.files.push_back(file);
+    if (!command.ids.empty()) gpu::write_label_image(numbered(command.ids, frame, command.frames), image);
+  }
+  return drawn;
+}
+
+void report(const Row& row) {
+  fmt::print("{} ({}, {}): {} {}, access {}, {} {}\n", row["device"]["name"].get<std::string>(),
+             row["device"]["type"].get<std::string>(), row["device"]["driver"].get<std::string>(),
+             row["codec"].get<std::string>(), row["extent"].get<std::string>(),
+             row["cache"].get<std::string>(), row["shading"].get<std::string>(),
+             row["size"].get<std::string>());
+  fmt::print(
+      "{} picture{}, {:.3f} ms the median first frame of a view, exact after at most {} frames, {:.1f} MiB "
+      "on the device\n",
+      row["files"].size(), row["files"].size() == 1 ? "" : "s", row["median_ms"].get<double>(),
+      row["exact_after_frames"].get<std::uint32_t>(), row["gpu_bytes"].get<double>() / (1 << 20));
+  for (const auto& [use, bytes] : row["gpu_uses"].items())
+    fmt::print("  {:<24} {:>14}\n", use, bytes.get<std::uint64_t>());
+}
+
+void render(const RenderCommand& command) {
+  const gpu::Scene scene = scene_for(command);
+  check_access(command.access);
+  gpu::Device device({.choice = command.device});
+  const volumes::Buffer bytes = obtain_file(command);
+  const auto file = codecs::open_file(bytes.bytes());
+  if (!file) fail_on_file(command.in, file.error());
+  const auto decoder = codecs::open_decoder(*file);
+  if (!decoder) fail_on_file(command.in, decoder.error());
+  const auto encoding = (*decoder)->gpu_encoding(command.brick, command.threads);
+  if (!encoding) fail_on_file(command.in, encoding.error());
+  gpu::RenderOptions options;
+  options.access = command.access;
+  options.cache_bytes = command.cache_mib << 20;
+  options.shading = scene.shading;
+  options.width = scene.width;
+  options.height = scene.height;
+  const auto renderer = gpu::Renderer::make(device, *encoding, file->stream.info, options);
+  if (!renderer) fail_on_file(command.in, renderer.error());
+  if (const auto shown = (*renderer)->set_scene(scene); !shown) fail_on_file(command.in, shown.error());
+  const Drawn drawn = draw(command, scene, **renderer);
+  Row row;
+  row["device"] = {
+      {"name", device.report().name}, {"type", device.report().type}, {"driver", device.report().driver}};
+  row["codec"] = file->codec->traits().id;
+  row["extent"] = to_string(file->stream.info.extent);
+  row["scene"] = scene.name;
+  row["cache"] = command.access;
+  row["shading"] = gpu::name_of(scene.shading);
+  row["size"] = fmt::format("{}x{}", scene.width, scene.height);
+  row["samples"] = scene.accumulate;
+  row["files"] = drawn.files;
+  row["first_frame_ms"] = drawn.ms;
+  row["median_ms"] = summarize(drawn.ms).median;
+  row["exact_after_frames"] = *std::ranges::max_element(drawn.frames);
+  row["start_s"] = (*renderer)->start_seconds();
+  std::uint64_t total = 0;
+  for (const gpu::MemoryUse& use : (*renderer)->memory()) {
+    row["gpu_uses"][use.use] = use.bytes;
+    total += use.bytes;
+  }
+  row["gpu_bytes"] = total;
+  command.json ? print_json(row) : report(row);
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app, int& exit_code) {
+  auto c = std::make_shared<RenderCommand>();
+  auto* drawing =
+      app.add_subcommand("render", "Draws a volume from its encoded form, without decoding it as a whole");
+  drawing->add_option("in", c->in, "encoded file (.cvr), or a volume file, which --codec encodes first")
+      ->required();
+  drawing->add_option("--scene", c->scene, "a scene of configs/scenes, or a scene file")->required();
+  drawing->add_option("-o", c->out, "PNG to write; with --frames its name gets a number")->required();
+  drawing->add_option("--cache", c->access, "access mode ('list caches'; default: none)");
+  drawing->add_option("--codec", c->codec, "of a volume file (default: raw)");
+  drawing->add_option("-p", c->parameters, "NAME=VALUE, a parameter of the codec");
+  drawing->add_option("--shading", c->shading, "local | shadow | ao (default: the scene's)")
+      ->check(CLI::IsMember({"local", "shadow", "ao"}));
+  drawing->add_option("--size", c->size, "WIDTHxHEIGHT in pixels (default: the scene's)");
+  drawing->add_option("--frames", c->frames, "pictures along the camera path")->check(CLI::Range(1, 1000000));
+  drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single picture")
+      ->check(CLI::Range(0.0, 1.0));
+  drawing
+      ->add_option("--samples", c->samples, "random rays a pixel with the shading ao (default: the scene's)")
+      ->check(CLI::Range(1, 65536));
+  drawing->add_option("--brick", c->brick, "edge of the bricks of a codec without bricks (default: 32)")
+      ->check(CLI::Range(2, 64));
+  drawing->add_option("--cache-mib", c->cache_mib, "size of the cache (default: 256)")
+      ->check(CLI::Range(1, 1 << 20));
+  drawing->add_option("--device", c->device, "index, or part of a name or type ('list devices')");
+  drawing->add_option("--ids", c->ids,
+                      "file for the labels of the pixels: u64 little endian, rows from the top");
+  drawing->add_option("--threads", c->threads, "threads that encode")->check(CLI::Range(1, 4096));
+  drawing->add_flag("--json", c->json, "one object on standard output");
+  drawing->callback([c, &exit_code] {
+    render(*c);
+    exit_code = kExitOk;
+  });
+}
+
+}  // namespace cvr::experiments::cli

@@ -1,0 +1,71 @@
+#include "experiments/frame_times.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace cvr::experiments {
+
+namespace {
+
+constexpr std::size_t kFirstFrames = 16;
+constexpr double kMs = 1e3;
+
+std::vector<double> ascending_ms(std::span<const double> seconds) {
+  std::vector<double> ms;
+  for (const double s : seconds) ms.push_back(kMs * s);
+  std::ranges::sort(ms);
+  return ms;
+}
+
+double mean_of(std::span<const double> values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+Row describe_incomplete(std::span<const std::uint64_t> counts) {
+  std::vector<double> ascending(counts.begin(), counts.end());
+  std::ranges::sort(ascending);
+  return {{"first", counts.front()}, {"median", quantile(ascending, 0.5)}, {"largest", ascending.back()}};
+}
+
+}  // namespace
+
+Row describe_frames(const Measured& measured) {
+  const auto frames = std::ranges::find(measured.series, "frame", &Measured::Series::name);
+  const std::span<const double> all = frames->wall_seconds;
+  const std::size_t count = all.size() / measured.rounds;
+  const std::size_t warm = measured.rounds > 1 ? count : 0;  // where the later rounds begin
+  const auto ms = ascending_ms(all.subspan(warm));
+  std::vector<double> first_of_round;
+  Row row;
+  row["count"] = count;
+  row["rounds"] = measured.rounds;
+  row["mean_ms"] = mean_of(ms);
+  row["median_ms"] = quantile(ms, 0.5);
+  row["p95_ms"] = quantile(ms, 0.95);
+  row["p99_ms"] = quantile(ms, 0.99);
+  row["first_round_mean_ms"] = kMs * mean_of(all.first(count));
+  for (std::size_t at = 0; at < all.size(); at += count) first_of_round.push_back(all[at]);
+  row["first_frame_ms"] = quantile(ascending_ms(first_of_round), 0.5);
+  row["first"] = Row::array();
+  for (std::size_t i = 0; i < std::min(count, kFirstFrames); ++i) row["first"].push_back(kMs * all[i]);
+  for (const Measured::Series& series : measured.series) {
+    if (!series.name.starts_with("pass/")) continue;
+    const std::size_t later = std::min(warm, series.wall_seconds.size());
+    const auto pass = ascending_ms(std::span(series.wall_seconds).subspan(later));
+    if (pass.empty()) continue;
+    row["passes"][series.name.substr(5)] = {{"median_ms", quantile(pass, 0.5)}, {"mean_ms", mean_of(pass)}};
+  }
+  row["host_median_ms"] = quantile(ascending_ms(std::span(frames->cpu_seconds).subspan(warm)), 0.5);
+  row["incomplete"] = describe_incomplete(frames->counts);
+  row["ms"] = Row::array();
+  for (std::size_t at = 0; at < all.size(); at += count) {
+    Row round = Row::array();
+    for (const double s : all.subspan(at, count)) round.push_back(kMs * s);
+    row["ms"].push_back(std::move(round));
+  }
+  return row;
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,59 @@
+// What a cell of the render stage adds to a cell: the scene, how labels are reached, how they are shaded.
+//
+// All values that a picture or its time depends on stand here once the configuration is read: those that the configuration leaves
+// out are taken from the scene. What does not matter for a cell (the cache size of a mode without a cache, the number of samples
+// of a shading without random rays) has one value, so that no cell is measured twice.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "experiments/rows.hpp"
+#include "gpu/scene.hpp"
+
+namespace cvr::experiments {
+
+/// The names under which tables, filters and conditions know the values of a choice.
+inline constexpr std::array<std::string_view, 8> kRenderLabels{
+    "scene", "cache", "shading", "cache_mib", "lod_bias", "ao_samples", "size", "frames"};
+
+struct RenderChoice {
+  std::string scene;       ///< as the configuration names it
+  std::string scene_path;  ///< of its file
+  std::string scene_hash;  ///< XXH3-64 of the file, 16 hexadecimal digits
+  std::string access;      ///< id of an access mode
+  gpu::Shading shading = gpu::Shading::kLocal;
+  std::uint64_t cache_mib = 0;  ///< 0 where the mode has no cache
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t frames = 0;  ///< of the camera path
+  double lod_bias = 0;
+  std::uint32_t ao_samples = 1;   ///< frames drawn of each camera and averaged
+  std::uint32_t brick = 32;       ///< edge of the bricks that the codec has, or is given
+  std::uint32_t jump_frames = 0;  ///< frames compared after a camera jump; 0: none
+  bool picture_error = false;     ///< compare with the picture of level bias 0 and many samples
+  std::string device;             ///< as the user names it; empty: the renderer's own choice
+  bool operator==(const RenderChoice&) const = default;
+
+  /// All but the device and the scene's contents: names the cell in tables.
+  std::string key() const;
+  /// key(), device and scene contents: what else makes a measurement another one.
+  std::string identity() const;
+  /// "scene fiber, voxel 256 MiB, shadow, 480x270".
+  std::string describe() const;
+  /// The value of one of kRenderLabels; nothing for other names.
+  std::optional<std::string> label(std::string_view name) const;
+};
+
+Row to_row(const RenderChoice& choice);
+/// Throws std::exception on anything malformed.
+RenderChoice render_choice_from_row(const Row& row);
+
+/// Reads the scene's file and puts the choice's values in place of its own. Throws InputError.
+gpu::Scene scene_of(const RenderChoice& choice);
+/// XXH3-64 of a file's bytes. Throws InputError.
+std::string hash_of_file(const std::string& path);
+
+}  // namespace cvr::experiments

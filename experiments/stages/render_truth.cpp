@@ -1,0 +1,156 @@
+#include "experiments/stages/render_truth.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "codecs/container.hpp"
+#include "codecs/registry.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
+
+template <class T>
+void put(std::ofstream& out, const std::vector<T>& values) {
+  out.write(reinterpret_cast<const char*>(values.data()),
+            static_cast<std::streamsize>(values.size() * sizeof(T)));
+}
+
+template <class T>
+bool get(std::ifstream& in, std::vector<T>& values, std::size_t count) {
+  values.resize(count);
+  return static_cast<bool>(
+      in.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(count * sizeof(T))));
+}
+
+}  // namespace
+
+RenderTruth::RenderTruth(const WorkerSpec& spec, const volumes::VolumeSource& truth, const gpu::Scene& scene,
+                         gpu::Device& device)
+    : spec_(spec), truth_(truth), scene_(scene), device_(device) {}
+
+gpu::Scene RenderTruth::scene_at(const Shot& shot) const {
+  gpu::Scene scene = scene_;
+  scene.lod_bias = shot.lod_bias;
+  return scene;
+}
+
+const gpu::ReferenceRenderer& RenderTruth::renderer() {
+  if (!reference_) {
+    volume_.emplace(volumes::read_all(truth_));
+    reference_ = std::make_unique<gpu::ReferenceRenderer>(*volume_, spec_.render->brick, cores());
+  }
+  return *reference_;
+}
+
+std::string RenderTruth::file_of(const Shot& shot, const std::string& kind) const {
+  const RenderChoice& choice = *spec_.render;
+  const std::string text =
+      fmt::format("{}|{}|{}|{}|{}x{}|{}|{}|{}|{}|{}", kind, spec_.location.identity, choice.scene_hash,
+                  gpu::name_of(choice.shading), choice.width, choice.height, choice.brick, shot.part,
+                  shot.samples, shot.lod_bias, choice.device);
+  return fmt::format("{:016x}.picture", XXH3_64bits(text.data(), text.size()));
+}
+
+std::optional<RenderTruth::Picture> RenderTruth::load(const std::string& file) const {
+  if (file == last_file_) return last_;
+  if (spec_.scratch.empty()) return std::nullopt;
+  std::ifstream in(std::filesystem::path(spec_.scratch) / file, std::ios::binary);
+  if (!in) return std::nullopt;
+  Picture picture;
+  gpu::Image& image = picture.image;
+  image.width = spec_.render->width;
+  image.height = spec_.render->height;
+  std::vector<std::uint64_t> needed;
+  if (!get(in, image.colour, 3 * image.pixels()) || !get(in, image.labels, image.pixels()) ||
+      !get(in, image.complete, image.pixels()) || !get(in, needed, 3))
+    return std::nullopt;
+  picture.needed = {needed[0], needed[1], needed[2]};
+  return picture;
+}
+
+void RenderTruth::save(const std::string& file, const Picture& picture) const {
+  if (spec_.scratch.empty()) return;
+  const auto path = std::filesystem::path(spec_.scratch) / file;
+  const auto unfinished = path.string() + fmt::format(".{}", getpid());
+  std::ofstream out(unfinished, std::ios::binary);
+  put(out, picture.image.colour);
+  put(out, picture.image.labels);
+  put(out, picture.image.complete);
+  put(out, std::vector{picture.needed.visits, picture.needed.distinct_cells, picture.needed.distinct_bricks});
+  out.close();
+  // A picture that cannot be kept costs the next cell its making, nothing else.
+  std::error_code error;
+  if (out) std::filesystem::rename(unfinished, path, error);
+  if (!out || error) std::filesystem::remove(unfinished, error);
+}
+
+void RenderTruth::make_reference(const Shot& shot) {
+  const std::string file = file_of(shot, "reference");
+  if (auto there = load(file)) {
+    last_ = std::move(*there);
+  } else {
+    const gpu::Scene scene = scene_at(shot);
+    const gpu::Camera camera = scene.path.at(shot.part);
+    if (shot.samples == 1) {
+      last_.image = renderer().render(scene, camera, last_.needed);
+    } else {
+      last_ = {renderer().render(scene, camera, 0, shot.samples), {}};
+    }
+    save(file, last_);
+  }
+  last_file_ = file;
+}
+
+gpu::Image RenderTruth::reference(const Shot& shot) {
+  make_reference(shot);
+  return last_.image;
+}
+
+gpu::NeededWork RenderTruth::needed(const Shot& shot) {
+  make_reference({shot.part, 1, shot.lod_bias});
+  return last_.needed;
+}
+
+void RenderTruth::make_raw_renderer() {
+  const codecs::Codec& codec = *codecs::find_codec("raw");
+  const auto parameters = checked(codecs::Parameters::parse(codec.parameters(), {}));
+  const auto encoded = checked(codecs::encode(codec, truth_, parameters, cores()));
+  const auto file = checked(codecs::open_file(encoded.bytes.bytes()));
+  const auto decoder = checked(codecs::open_decoder(file));
+  const auto encoding = checked(decoder->gpu_encoding(spec_.render->brick, cores()));
+  gpu::RenderOptions options;
+  options.shading = scene_.shading;
+  options.width = scene_.width;
+  options.height = scene_.height;
+  raw_ = checked(gpu::Renderer::make(device_, encoding, truth_.info(), options));
+}
+
+gpu::Image RenderTruth::raw(const Shot& shot) {
+  const std::string file = file_of(shot, "raw");
+  if (auto there = load(file)) return std::move(there->image);
+  if (!raw_) make_raw_renderer();
+  const gpu::Scene scene = scene_at(shot);
+  checked(raw_->set_scene(scene));
+  if (!raw_->settle(scene.path.at(shot.part), shot.samples).complete)
+    throw StageFailure(kFailed, "codec raw without a cache did not complete its picture");
+  Picture picture{raw_->read_image(), {}};
+  save(file, picture);
+  return std::move(picture.image);
+}
+
+gpu::LabelCheck RenderTruth::check(const Shot& shot, const gpu::Image& truth, const gpu::Image& found) {
+  if (truth.labels == found.labels) return {.pixels = truth.pixels()};
+  const gpu::Scene scene = scene_at(shot);
+  return gpu::check_labels(renderer(), scene, scene.path.at(shot.part), truth, found);
+}
+
+}  // namespace cvr::experiments

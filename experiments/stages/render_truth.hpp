@@ -1,0 +1,61 @@
+// What the pictures of the render stage must be: those of the CPU reference, and those of the codec `raw` on the same device.
+//
+// The cells of one run share most of these pictures, so each is left in the run's scratch folder and made once. Reference and raw
+// renderer are built when a picture is asked for that is not there.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "experiments/stages/stage.hpp"
+#include "gpu/reference/reference.hpp"
+#include "gpu/renderer.hpp"
+
+namespace cvr::experiments {
+
+/// A picture of the scene from a part of its path.
+struct Shot {
+  double part = 0;
+  std::uint32_t samples = 1;
+  double lod_bias = 0;
+};
+
+class RenderTruth {
+ public:
+  /// All of them outlive this.
+  RenderTruth(const WorkerSpec& spec, const volumes::VolumeSource& truth, const gpu::Scene& scene,
+              gpu::Device& device);
+
+  gpu::Image reference(const Shot& shot);
+  gpu::NeededWork needed(const Shot& shot);
+  /// Of `raw` with access `none`, settled.
+  gpu::Image raw(const Shot& shot);
+  gpu::LabelCheck check(const Shot& shot, const gpu::Image& truth, const gpu::Image& found);
+
+ private:
+  gpu::Scene scene_at(const Shot& shot) const;
+  const gpu::ReferenceRenderer& renderer();
+  std::string file_of(const Shot& shot, const std::string& kind) const;
+  void make_reference(const Shot& shot);
+  void make_raw_renderer();
+
+  struct Picture {
+    gpu::Image image;
+    gpu::NeededWork needed;
+  };
+  std::optional<Picture> load(const std::string& file) const;
+  void save(const std::string& file, const Picture& picture) const;
+
+  const WorkerSpec& spec_;
+  const volumes::VolumeSource& truth_;
+  const gpu::Scene& scene_;
+  gpu::Device& device_;
+  std::optional<volumes::Volume> volume_;
+  std::unique_ptr<gpu::ReferenceRenderer> reference_;
+  std::unique_ptr<gpu::Renderer> raw_;
+  std::string last_file_;  ///< of `last_`
+  Picture last_;
+};
+
+}  // namespace cvr::experiments

@@ -1,0 +1,207 @@
+// render, list caches, list devices and the render stage of run, on whatever Vulkan device there is; lavapipe will do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "gpu/caches/cache.hpp"
+#include "program.hpp"
+
+namespace cvr::cli_tests {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+constexpr const char* kConfig = R"(title: T
+rounds: 2
+max_rounds: 2
+timeout_s: 120
+matrix:
+  - datasets: [{generator: cells, extent: [48, 48, 48], name: blob}]
+    codecs: [raw, zstd, csgvr-sb]
+    stages: [render]
+    scenes: [cells]
+    caches: [none, voxel, brick]
+    shadings: [local, ao]
+    ao_samples: 2
+    cache_mib: 4
+    size: [96, 54]
+    frames: 3
+    jump_frames: 2
+    picture_error: 1
+tables:
+  - {name: t, title: Frames, rows: [codec, cache], pivot: {columns: [shading], metric: frame_ms}}
+  - {name: e, title: Exactness, rows: [codec, cache, shading], columns: [label_mismatches, near_ties, exact_after_frames, gpu_mib]}
+)";
+
+class Render : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(program_.run("generate cells --size 48,48,48 --seed 7 -o v.h5").exit_code, 0);
+    program_.write("c.yaml", kConfig);
+  }
+  std::vector<json> rows() const {
+    std::istringstream in(program_.read("o/rows.jsonl"));
+    std::vector<json> rows;
+    for (std::string line; std::getline(in, line);) rows.push_back(json::parse(line));
+    return rows;
+  }
+  Program program_;
+};
+
+TEST_F(Render, APictureFromAVolumeIsThatOfItsEncodedFile) {
+  ASSERT_EQ(program_.run("encode v.h5 -o v.cvr --codec csgvr-sb").exit_code, 0);
+  const std::string common = " --scene cells --size 96x54 --part 0.3 --shading shadow --cache-mib 4 ";
+  const Outcome plain = program_.run("render v.h5" + common + "-o a.png --ids a.u64");
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_THAT(plain.out, HasSubstr("raw 48x48x48, access none, shadow 96x54"));
+  const std::string labels = program_.read("a.u64");
+  ASSERT_EQ(labels.size(), 96u * 54 * 8);
+  std::set<std::uint64_t> seen;
+  for (std::size_t at = 0; at < labels.size(); at += 8) {
+    std::uint64_t label = 0;
+    std::memcpy(&label, labels.data() + at, 8);
+    seen.insert(label);
+  }
+  EXPECT_GT(seen.size(), 5u) << "the picture shows next to nothing";
+  EXPECT_TRUE(program_.read("a.png").starts_with("\x89PNG"));
+  const Outcome cached = program_.run("render v.cvr" + common + "--cache brick -o b.png --ids b.u64");
+  ASSERT_EQ(cached.exit_code, 0) << cached.err;
+  const Outcome encoded = program_.run("render v.h5" + common +
+                                       "--codec csgvr-sb -p brick=32 --cache voxel -o c.png --ids c.u64");
+  ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
+  for (const std::string name : {"b", "c"}) {
+    EXPECT_TRUE(program_.read(name + ".png") == program_.read("a.png")) << name << ".png differs";
+    EXPECT_TRUE(program_.read(name + ".u64") == labels) << name << ".u64 differs";
+  }
+}
+
+TEST_F(Render, SequencesAreNumberedAndReported) {
+  const Outcome outcome = program_.run(
+      "render v.h5 --scene inside --size 40x30 --shading ao --samples 2 --frames 3 -o s.png --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["files"], json::array({"s_0000.png", "s_0001.png", "s_0002.png"}));
+  EXPECT_EQ(report["first_frame_ms"].size(), 3u);
+  EXPECT_EQ(report["samples"], 2);
+  EXPECT_GT(report["gpu_bytes"].get<double>(), 48.0 * 48 * 48 * 4);
+  EXPECT_FALSE(report["device"]["name"].get<std::string>().empty());
+  for (const char* name : {"s_0000.png", "s_0001.png", "s_0002.png"})
+    EXPECT_FALSE(program_.read(name).empty()) << name;
+  EXPECT_TRUE(program_.read("s_0000.png") != program_.read("s_0002.png")) << "the camera stands still";
+}
+
+TEST_F(Render, MistakesAreOneClearLine) {
+  ASSERT_EQ(program_.run("encode v.h5 -o z.cvr --codec zstd").exit_code, 0);
+  const std::map<std::string, std::string> expected{
+      {"render v.h5 --scene celsl -o a.png", "did you mean 'cells'?"},
+      {"render v.h5 --scene cells --cache voxl -o a.png", "did you mean 'voxel'?"},
+      {"render v.h5 --scene cells --codec rwa -o a.png", "--codec: expected one of"},
+      {"render v.h5 --scene cells --size 96 -o a.png", "expected WIDTHxHEIGHT"},
+      {"render none.h5 --scene cells -o a.png", "none.h5"},
+      {"render z.cvr --scene cells -o a.png", "z.cvr: this codec has no decoder for the GPU"},
+      {"render z.cvr --scene cells --codec raw -o a.png", "expected --codec and -p only with a volume"},
+      {"render v.h5 --scene cells --codec csgv-rans --cache none -o a.png", "whole bricks"}};
+  for (const auto& [arguments, text] : expected) {
+    const Outcome outcome = program_.run(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(text)) << arguments;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << arguments << ": " << outcome.err;
+  }
+}
+
+TEST_F(Render, NoUsableDeviceIsTheEnvironmentsFault) {
+  const std::string name = json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
+  for (const std::string command :
+       {"render v.h5 --scene cells -o a.png --device nonsense", "run c.yaml --out o --device nonsense"}) {
+    const Outcome outcome = program_.run(command);
+    EXPECT_EQ(outcome.exit_code, 3) << command;
+    EXPECT_THAT(outcome.err, HasSubstr("nonsense")) << command;
+    EXPECT_THAT(outcome.err, HasSubstr(name)) << "the devices that there are belong in the message";
+  }
+  EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
+  setenv("VK_ICD_FILENAMES", "/nonexistent", 1);
+  setenv("VK_DRIVER_FILES", "/nonexistent", 1);
+  for (const std::string command :
+       {"render v.h5 --scene cells -o a.png", "run c.yaml --out o", "list devices"})
+    EXPECT_EQ(program_.run(command).exit_code, 3) << command;
+  unsetenv("VK_ICD_FILENAMES");
+  unsetenv("VK_DRIVER_FILES");
+}
+
+TEST_F(Render, ListsAccessModesAndDevices) {
+  const json caches = json::parse(program_.run("list caches --json").out);
+  ASSERT_EQ(caches.size(), gpu::all_caches().size());
+  EXPECT_EQ(caches[0]["id"], "none");
+  EXPECT_EQ(caches[0]["sized"], false);
+  EXPECT_THAT(program_.run("list caches").out, HasSubstr("brick-coop-shared"));
+  const Outcome devices = program_.run("list devices --json");
+  ASSERT_EQ(devices.exit_code, 0) << "these tests need a Vulkan device: " << devices.out << devices.err;
+  const json list = json::parse(devices.out);
+  EXPECT_TRUE(std::ranges::any_of(list, [](const json& d) { return d["usable"].get<bool>(); }));
+  EXPECT_THAT(program_.run("list devices").out, HasSubstr(list[0]["name"].get<std::string>()));
+}
+
+TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
+  const Outcome outcome = program_.run("run c.yaml --out o");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto all = rows();
+  ASSERT_EQ(all.size(), 3u * 3 * 2);
+  for (const json& row : all) {
+    const std::string key = row["key"];
+    if (row["codec"]["id"] == "zstd") {
+      EXPECT_EQ(row["status"], "unsupported") << key;
+      EXPECT_EQ(row["reason"], "no decoder for the GPU");
+      continue;
+    }
+    ASSERT_EQ(row["status"], "ok") << key << row["reason"];
+    EXPECT_EQ(row["verification"]["pixels_compared"], 3 * 96 * 54) << key;
+    EXPECT_EQ(row["verification"]["label_mismatches"], 0) << key;
+    EXPECT_EQ(row["verification"]["mismatches"], 0) << key;
+    const std::size_t samples = row["render"]["ao_samples"];
+    EXPECT_EQ(samples, row["render"]["shading"] == "ao" ? 2u : 1u);
+    EXPECT_EQ(row["frames"]["count"], 3 * samples) << key;
+    EXPECT_EQ(row["frames"]["ms"].size(), 2u);
+    EXPECT_GT(row["frames"]["mean_ms"].get<double>(), 0);
+    EXPECT_TRUE(row["frames"]["passes"].contains("render"));
+    EXPECT_GT(row["memory"]["gpu_bytes"].get<double>(), 96.0 * 54 * 24);
+    EXPECT_GE(row["counters"]["rays"].get<double>(), 3.0 * 96 * 54) << key;
+    EXPECT_GT(row["needed"]["distinct_cells"].get<double>(), 100) << key;
+    EXPECT_GE(row["needed"]["decoded_over_needed"].get<double>(), 1) << key;
+    EXPECT_GE(row["exact_after_frames"].get<int>(), row["render"]["cache"] == "brick" ? 2 : 1) << key;
+    EXPECT_EQ(row["frames"]["incomplete"]["first"].get<int>() > 0, row["render"]["cache"] == "brick") << key;
+    ASSERT_EQ(row["jump"]["frames"].size(), 2u);
+    if (row["render"]["cache"] != "brick" && row["render"]["shading"] == "local") {
+      EXPECT_EQ(row["jump"]["frames"][0]["label_mismatches"], 0) << key << ": random access has no latency";
+    }
+    EXPECT_EQ(row["picture_error"]["label_mismatches"], 0) << key;
+    EXPECT_EQ(row["picture_error"]["psnr_db"].is_null() || row["picture_error"]["psnr_db"].get<double>() > 60,
+              row["render"]["shading"] == "local")
+        << key << ": two random rays are not 256";
+    EXPECT_FALSE(row["render"].contains("scene_path"));
+  }
+  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::StartsWith("codec,cache,local,ao\n"));
+  EXPECT_THAT(program_.read("o/tables/e.md"), HasSubstr("Drawn on: "));
+  const Outcome again = program_.run("plan c.yaml --out o");
+  EXPECT_THAT(again.out, HasSubstr("0 to run, 12 done, 6 unsupported"));
+}
+
+TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {
+  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
+  const Outcome outcome =
+      program_.run("run f.yaml --out o --only codec=csgvr-sb --only cache=none --only shading=local");
+  EXPECT_EQ(outcome.exit_code, 1);
+  const auto all = rows();
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(all[0]["status"], "failed");
+  EXPECT_FALSE(all[0].contains("frames"));
+}
+
+}  // namespace
+}  // namespace cvr::cli_tests
