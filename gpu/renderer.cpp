@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "gpu/frame.hpp"
+#include "gpu/kernels.hpp"
 #include "gpu/rays.hpp"
 #include "shaders/caches/brick_control.glsl"
 
@@ -23,7 +24,7 @@ using volumes::fail;
 constexpr std::uint64_t kLargestExtent = std::uint64_t{1} << 15;  ///< see shaders/render/ray.glsl
 constexpr std::uint32_t kLargestImage = 16384;
 constexpr std::uint32_t kTile = 8;
-constexpr unsigned kPatience = 12;  ///< frames without progress before a smaller part of the picture is tried
+constexpr unsigned kPatience = 6;   ///< frames without progress before a smaller part of the picture is tried
 
 constexpr std::array<const char*, CVR_COUNTERS> kCounterNames{
     "rays",          "bricks_entered",  "cells_read",     "cells_decoded",  "chain_hops",        "words_touched",
@@ -37,26 +38,6 @@ double now() {
 template <class T>
 std::span<const std::byte> bytes_of(const std::vector<T>& values) {
   return std::as_bytes(std::span(values));
-}
-
-/// Everything before the access mode: definitions, the frame, the shared text and the codec's decoder.
-KernelSource decoder_source(const codecs::GpuEncoding& encoding) {
-  KernelSource source;
-  for (const auto& [name, value] : encoding.constants) source.definitions.emplace_back(name, std::to_string(value));
-  for (const char* text : {"portable", "morton", "bit_vector", "csgvr", "csgvr_nibble", "neuroglancer", "label_codes"})
-    source.texts.push_back(fmt::format("shaders/shared/{}.glsl", text));
-  source.texts.push_back(fmt::format("shaders/decode/{}.glsl", encoding.decoder));
-  return source;
-}
-
-KernelSource frame_source(const std::string& name, const codecs::GpuEncoding& encoding, bool hashed, bool instrumented) {
-  KernelSource source{.name = name};
-  source.definitions = {{"CVR_BRICK_SHIFT", fmt::format("{}u", encoding.levels - 1)},
-                        {"CVR_LEVELS", fmt::format("{}u", encoding.levels)}};
-  if (hashed) source.definitions.emplace_back("CVR_MATERIALS_HASHED", "1");
-  if (instrumented) source.definitions.emplace_back("CVR_INSTRUMENTED", "1");
-  source.texts = {"shaders/render/frame.glsl"};
-  return source;
 }
 
 }  // namespace
@@ -80,6 +61,7 @@ struct Renderer::Impl {
   void write_levels(const Camera& camera);
   void describe_camera(const Camera& camera);
   FrameResult draw();
+  void warm_up();
   bool settle_part(std::uint32_t& frames, std::uint32_t& incomplete);
 
   Device& device;
@@ -92,7 +74,7 @@ struct Renderer::Impl {
   std::vector<DeviceBuffer> encoded;
   std::vector<MemoryUse> uses;
   DeviceBuffer bricks, materials, colours, labels, counters, suspended, status;
-  bool hashed = false;
+  bool hashed = false, warm = false;
   std::unique_ptr<Cache> cache;
   std::unique_ptr<Kernel> visibility, march;
   FrameConstants frame{};
@@ -149,18 +131,20 @@ Expected<void> Renderer::Impl::make_kernels() {
   const std::uint64_t direct = encoding.codes.empty() ? 1 : std::uint64_t{encoding.codes.back()} + 1;
   hashed = direct > std::max<std::uint64_t>(std::uint64_t{1} << 20, 8 * count);
   const CacheTraits* traits = find_cache(options.access);
-  const CacheSetting setting{device,       commands, encoding, info, grid, options.cache_bytes, decoder_source(encoding),
+  const CacheSetting setting{device,       commands, encoding, info, grid, options.cache_bytes, decoder_text(encoding),
                              options.instrumented};
   auto made = traits->make(setting);
   if (!made) return tl::unexpected(made.error());
   cache = std::move(*made);
   cache->describe(frame);
-  KernelSource visible_source = frame_source("visibility", encoding, hashed, false);
+  KernelSource visible_source = frame_kernel("visibility", encoding);
+  if (hashed) visible_source.definitions.emplace_back("CVR_MATERIALS_HASHED", "1");
   append_source(visible_source, setting.decoder);
   visible_source.texts.emplace_back("shaders/render/visibility.comp");
   visibility = std::make_unique<Kernel>(device, commands, visible_source);
-  KernelSource source = frame_source(fmt::format("march {} {} {}", encoding.decoder, options.access, name_of(options.shading)),
-                                     encoding, hashed, options.instrumented);
+  KernelSource source = frame_kernel(fmt::format("march {} {} {}", encoding.decoder, options.access, name_of(options.shading)),
+                                     encoding, options.instrumented);
+  if (hashed) source.definitions.emplace_back("CVR_MATERIALS_HASHED", "1");
   if (device.limits().loop_iterations < UINT32_MAX)
     source.definitions.emplace_back("CVR_LOOP_LIMIT", fmt::format("{}u", device.limits().loop_iterations));
   source.definitions.emplace_back("CVR_CELL_LOOPS", fmt::format("{}u", encoding.cell_loops));
@@ -268,6 +252,7 @@ Expected<std::vector<PassTime>> Renderer::set_scene(const Scene& scene) {
   my.commands.dispatch(*my.visibility, static_cast<std::uint32_t>(groups));
   auto times = my.commands.submit();
   my.bricks.read(0, std::as_writable_bytes(std::span(my.visible)));
+  if (!my.warm) my.warm_up();
   return times;
 }
 
@@ -344,6 +329,16 @@ FrameResult Renderer::Impl::draw() {
   for (const PassTime& pass : result.passes) result.gpu_seconds += pass.seconds;
   result.cache = cache->report();
   return result;
+}
+
+/// Drivers may translate a kernel at its first dispatch: a frame without pixels keeps that out of the first frame's time.
+void Renderer::Impl::warm_up() {
+  const double before = now();
+  frame.focus_mask = 0;
+  frame.focus_value = 1;
+  draw();
+  warm = true;
+  start.emplace_back("first dispatch", now() - before);
 }
 
 FrameResult Renderer::render(const Camera& camera, bool restart) {

@@ -64,7 +64,7 @@ class Renderer {
   Counters read_counters() const;
   void clear_counters();
   std::vector<MemoryUse> memory() const;  ///< device memory by use
-  double start_seconds() const;           ///< upload and kernels, of make()
+  double start_seconds() const;           ///< upload and kernels, of make() and the first set_scene()
   std::vector<std::pair<std::string, double>> start_parts() const;
 
  private:

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "gpu/caches/brick_cache.hpp"
+#include "gpu/kernels.hpp"
 #include "shaders/caches/brick_control.glsl"
 
 namespace cvr::gpu {
@@ -15,10 +16,9 @@ constexpr std::uint32_t kThreads = 64;
 constexpr std::uint64_t kUnitBytes = 32;
 
 KernelSource management_kernel(const CacheSetting& setting, const std::string& name, const std::string& text) {
-  KernelSource source{.name = name};
-  source.definitions = {{"CVR_BRICK_SHIFT", fmt::format("{}u", setting.encoding.levels - 1)},
-                        {"CVR_LEVELS", fmt::format("{}u", setting.encoding.levels)}};
-  source.texts = {"shaders/render/frame.glsl", "shaders/shared/portable.glsl", text};
+  KernelSource source = frame_kernel(name, setting.encoding);
+  source.texts.emplace_back("shaders/shared/portable.glsl");
+  source.texts.push_back(text);
   return source;
 }
 
@@ -74,9 +74,8 @@ void BrickCache::make_kernels() {
   const std::uint64_t invocations = decoding_ == BrickDecoding::kSerial ? 1 : width;
   const std::uint64_t turns = std::max(1u, device.limits().loop_iterations / 2 / (setting_.encoding.cell_loops + 1));
   cells_a_part_ = static_cast<std::uint32_t>(sweeps ? cells : std::min(cells, turns * invocations));
-  KernelSource decode = management_kernel(setting_, "decode " + setting_.encoding.decoder, "shaders/shared/morton.glsl");
+  KernelSource decode = frame_kernel("decode " + setting_.encoding.decoder, setting_.encoding, setting_.instrumented);
   decode.definitions.emplace_back("CVR_DECODE_WIDTH", fmt::format("{}u", width));
-  if (setting_.instrumented) decode.definitions.emplace_back("CVR_INSTRUMENTED", "1");
   if (decoding_ == BrickDecoding::kSerial) {
     decode.definitions.emplace_back("CVR_DECODE_SERIAL", "1");
     if (setting_.encoding.serial) decode.definitions.emplace_back("CVR_HAS_SERIAL", "1");
@@ -84,7 +83,7 @@ void BrickCache::make_kernels() {
   if (decoding_ == BrickDecoding::kCooperativeShared) {
     decode.definitions.emplace_back("CVR_WORDS_SHARED", "1");
     decode.definitions.emplace_back("CVR_SHARED_WORDS", fmt::format("{}u", setting_.encoding.shared_words));
-    decode.texts.insert(decode.texts.begin() + 1, "shaders/caches/shared_words.glsl");
+    decode.texts.emplace_back("shaders/caches/shared_words.glsl");
   }
   append_source(decode, setting_.decoder);
   decode.texts.emplace_back("shaders/caches/brick_decode.comp");

@@ -74,7 +74,8 @@ struct Walk {
 // silently end its loops soon. Cells that the cache knows are passed in an inner loop of their own; those that must be decoded
 // wait until all rays of the subgroup have come to one.
 bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
-  ivec3 extent = ivec3(cvr_extent());
+  // Where it ends, cells are cut: a coarse cell may reach beyond the volume.
+  int64_t end = min(ray.leave, reach + 1);
   while (true) {
     uvec3 brick = uvec3(walk.voxel) >> CVR_BRICK_SHIFT;
     uint index = cvr_brick_number(brick);
@@ -136,12 +137,10 @@ bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
       walk.axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
       mask = cvr_axis_mask(walk.axis);
       walk.t = walk.axis == 0 ? next.x : walk.axis == 1 ? next.y : next.z;
-#if CVR_SHADING == CVR_SHADING_AO
-      if (walk.t > reach) {
+      if (walk.t >= end) {
         ended = true;
         break;
       }
-#endif
       next += stride * i64vec3(mask);
       cell += ray.sense * mask;
       CVR_SPEND(1u + CVR_LOOKUP_LOOPS);
@@ -161,7 +160,6 @@ bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
     ivec3 entered = ((cell + backwards) << lod) - backwards;
     ivec3 inside = lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, walk.t, walk.axis), walk.voxel);
     walk.voxel = inside * (1 - mask) + entered * mask;
-    if (any(lessThan(walk.voxel, ivec3(0))) || any(greaterThanEqual(walk.voxel, extent))) return false;
     if (suspend) return true;
   }
   return false;

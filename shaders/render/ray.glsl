@@ -18,6 +18,7 @@ struct Ray {
   ivec3 p0;
   ivec3 sense;     // -1, 0, 1 along each axis
   vec3 frequency;  // 1 / spacing
+  int64_t leave;   // when it leaves the volume
 };
 
 // trunc(a * b / 2^20), cut at +-2^61; |a| < 2^44, 0 <= b < 2^62.
@@ -114,6 +115,9 @@ bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out
     int64_t distance = ((int64_t(ray.p0[b]) << CVR_ONE_VOXEL) - origin[b]) * ray.sense[b];
     ray.t0[b] = length[b] == 0 ? CVR_NEVER : cvr_scaled(distance, ray.spacing[b]);
   }
+  ivec3 last = extent * ivec3(greaterThan(ray.sense, ivec3(0)));
+  i64vec3 out_of = cvr_times(ray, last);
+  ray.leave = min(min(out_of.x, out_of.y), out_of.z);
   // The clamp mends the last bit of t where the entry plane is not the reference plane.
   cell = clamp(cvr_cell_after(ray, cvr_crossed(ray, t, 2), still), ivec3(0), extent - 1);
   return true;

@@ -185,7 +185,7 @@ std::uint32_t DecodeText::root(const volumes::Coordinate& brick) const {
 bool DecodeText::visible(const volumes::Coordinate& brick, const std::function<bool(std::uint32_t)>& shown) const {
   const shaders::Entry entry = bind(encoding_, buffers_, extent_, grid_);
   shaders::bound.shown = &shown;
-  for (uint part = 0; part < bound.encoding->brick; ++part) {
+  for (std::uint32_t part = 0; part < encoding_.brick; ++part) {
     if (entry.visible(narrow(brick), part)) return true;
   }
   return false;
