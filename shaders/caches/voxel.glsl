@@ -49,7 +49,9 @@ bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invis
   if (!cvr_cuckoo_find(cell << lod, lod, slot, code)) return false;
   CVR_COUNT(CVR_COUNT_CACHE_HITS, 1);
 #ifdef CVR_INSTRUMENTED
+  cvr_checking = true;
   if (cvr_decode_cell(cell, lod) != code) CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
+  cvr_checking = false;
 #endif
   return true;
 }

@@ -13,12 +13,14 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer Words64 { ui
 #ifdef CVR_INSTRUMENTED
 #define CVR_COUNT(counter, n) atomicAdd(Words64(cvr_frame.counters).w[counter], uint64_t(n))
 uint cvr_words_touched = 0u;
-#define CVR_TOUCH_WORD() (cvr_words_touched += 1u)
+bool cvr_checking = false;  // what is decoded to check a cache is not the work of the mode
+#define CVR_TOUCH_WORD() (cvr_words_touched += cvr_checking ? 0u : 1u)
+#define CVR_COUNT_HOPS(n) CVR_COUNT(CVR_COUNT_CHAIN_HOPS, cvr_checking ? 0u : n)
 #else
 #define CVR_COUNT(counter, n)
 #define CVR_TOUCH_WORD()
+#define CVR_COUNT_HOPS(n)
 #endif
-#define CVR_COUNT_HOPS(n) CVR_COUNT(CVR_COUNT_CHAIN_HOPS, n)
 
 // The codec's buffers, for its decoder text.
 #define CVR_BUFFER(i) Global(cvr_frame.encoding[i])
