@@ -354,7 +354,7 @@ FrameResult Renderer::render(const Camera& camera, bool restart) {
   return result;
 }
 
-/// Draws the pixels that are not done until none is left, or as long as their number falls; false if it does not.
+/// Draws the pixels that are not done until none is left, or as long as there is progress; false if there is none.
 bool Renderer::Impl::settle_part(std::uint32_t& frames, std::uint32_t& incomplete) {
   std::uint32_t least = UINT32_MAX;
   for (unsigned waited = 0; waited < kPatience; ++waited) {
@@ -363,8 +363,10 @@ bool Renderer::Impl::settle_part(std::uint32_t& frames, std::uint32_t& incomplet
     ++frames;
     incomplete = result.incomplete;
     if (incomplete == 0) return true;
-    if (incomplete < least) {
-      least = incomplete;
+    // A ray sees as far as its bricks are there: new ones without a refusal are progress too.
+    const bool grows = result.cache.decoded > 0 && result.cache.refused == 0;
+    if (incomplete < least || grows) {
+      least = std::min(least, incomplete);
       waited = 0;
     }
   }

@@ -39,13 +39,24 @@ int64_t cvr_scaled(int64_t a, int64_t b) {
   return a < 0 ? -int64_t(result) : int64_t(result);
 }
 
-// 2^40 * largest / d, cut; 0 < d <= largest <= 2^30.
-int64_t cvr_spacing(int64_t largest, int64_t d) {
+// largest / d in two precisions: 2^32 of it, and 2^40 of it, cut; 0 < d <= largest <= 2^30.
+struct Slope {
+  int64_t coarse;
+  int64_t spacing;
+};
+
+Slope cvr_slope(int64_t largest, int64_t d) {
   uint64_t dividend = uint64_t(largest) << 32;
   uint64_t quotient = dividend / uint64_t(d);
   uint64_t remainder = dividend - quotient * uint64_t(d);
-  if (quotient >= (uint64_t(1) << 47)) return CVR_WIDEST;
-  return int64_t((quotient << 8) | ((remainder << 8) / uint64_t(d)));
+  bool wide = quotient >= (uint64_t(1) << 47);
+  return Slope(int64_t(quotient), wide ? CVR_WIDEST : int64_t((quotient << 8) | ((remainder << 8) / uint64_t(d))));
+}
+
+// When a plane this far along its axis is crossed. Where the spacing is cut, the first crossing still comes when it is due.
+int64_t cvr_time(int64_t distance, Slope slope) {
+  if (slope.spacing < CVR_WIDEST) return cvr_scaled(distance, slope.spacing);
+  return clamp(cvr_scaled(distance, slope.coarse), -(CVR_NEVER >> 8), CVR_NEVER >> 8) << 8;
 }
 
 int64_t cvr_max3(i64vec3 v) { return max(max(v.x, v.y), v.z); }
@@ -61,7 +72,10 @@ ivec3 cvr_crossed(Ray ray, int64_t t, int axis) {
   i64vec3 rest = until - i64vec3(k) * ray.spacing;
   k -= ivec3(lessThan(rest, i64vec3(0)));
   k += ivec3(greaterThanEqual(rest, ray.spacing)) * abs(ray.sense);
-  return k;
+  // A cut spacing is wider in truth: of two neighbouring planes at most one lies behind.
+  ivec3 least = ivec3(ray.spacing.x == CVR_WIDEST ? -1 : k.x, ray.spacing.y == CVR_WIDEST ? -1 : k.y,
+                      ray.spacing.z == CVR_WIDEST ? -1 : k.z);
+  return max(k, least);
 }
 
 // The cell between the last crossed plane and the next; `still` where there is no movement.
@@ -83,6 +97,7 @@ bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out
   axis = -1;
   int64_t leave = CVR_NEVER;
   bool hit = largest > 0;
+  Slope slopes[3];
   for (int b = 0; b < 3; ++b) {
     if (length[b] == 0) {
       ray.spacing[b] = 0;
@@ -90,20 +105,22 @@ bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out
       if (still[b] < 0 || still[b] >= extent[b]) hit = false;
       continue;
     }
-    ray.spacing[b] = cvr_spacing(largest, length[b]);
+    Slope slope = cvr_slope(largest, length[b]);
+    slopes[b] = slope;
+    ray.spacing[b] = slope.spacing;
     ray.frequency[b] = 1.0 / float(ray.spacing[b]);
     int64_t far = int64_t(extent[b]) << CVR_ONE_VOXEL;
     int64_t to_entry = ray.sense[b] > 0 ? -origin[b] : origin[b] - far;
     int64_t to_exit = to_entry + far;
     if (to_exit <= 0) hit = false;
     if (to_entry > 0) {
-      int64_t entry = cvr_scaled(to_entry, ray.spacing[b]);
+      int64_t entry = cvr_time(to_entry, slope);
       if (entry >= t) {
         t = entry;
         axis = b;
       }
     }
-    leave = min(leave, cvr_scaled(to_exit, ray.spacing[b]));
+    leave = min(leave, cvr_time(to_exit, slope));
   }
   if (!hit || t >= leave) return false;
   // Reference planes near the entry keep k small, so that the spacing's rounding stays below 2^-20 voxels.
@@ -111,12 +128,22 @@ bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out
   for (int b = 0; b < 3; ++b) {
     float at = float(origin[b]) * exp2(-float(CVR_ONE_VOXEL));
     if (length[b] != 0) at += float(direction[b]) / float(largest) * steps;
-    ray.p0[b] = clamp(int(floor(at + 0.5)), 0, extent[b]);
+    int plane = int(floor(at + 0.5));
+    if (ray.spacing[b] == CVR_WIDEST) {
+      // The next plane ahead: from there on a cut spacing is wide enough.
+      int64_t here = origin[b] + (t >> (CVR_ONE_T - CVR_ONE_VOXEL)) * direction[b] / largest;
+      plane = ray.sense[b] > 0 ? int(here >> CVR_ONE_VOXEL) + 1 : int((here - 1) >> CVR_ONE_VOXEL);
+    }
+    ray.p0[b] = clamp(plane, 0, extent[b]);
     int64_t distance = ((int64_t(ray.p0[b]) << CVR_ONE_VOXEL) - origin[b]) * ray.sense[b];
-    ray.t0[b] = length[b] == 0 ? CVR_NEVER : cvr_scaled(distance, ray.spacing[b]);
+    ray.t0[b] = length[b] == 0 ? CVR_NEVER : cvr_time(distance, slopes[b]);
   }
   ivec3 last = extent * ivec3(greaterThan(ray.sense, ivec3(0)));
   i64vec3 out_of = cvr_times(ray, last);
+  for (int b = 0; b < 3; ++b) {
+    float planes = float((last[b] - ray.p0[b]) * ray.sense[b]);
+    if (planes * float(ray.spacing[b]) > float(CVR_NEVER)) out_of[b] = CVR_NEVER;  // the product does not fit
+  }
   ray.leave = min(min(out_of.x, out_of.y), out_of.z);
   // The clamp mends the last bit of t where the entry plane is not the reference plane.
   cell = clamp(cvr_cell_after(ray, cvr_crossed(ray, t, 2), still), ivec3(0), extent - 1);
