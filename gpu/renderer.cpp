@@ -120,7 +120,6 @@ Expected<void> Renderer::Impl::upload() {
   }
   const std::vector<std::byte> zeros(std::max<std::size_t>(pixels * 16, 1));
   colours.write(0, std::span(zeros).first(pixels * 16));
-  counters.write(0, std::span(zeros).first(0));
   const std::array<std::byte, CVR_COUNTERS * 8> none{};
   counters.write(0, none);
   return {};

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "volumes/error.hpp"
+#include "tests/unit/experiments/scratch_folder.hpp"
 
 namespace cvr::gpu {
 namespace {
@@ -91,18 +92,13 @@ TEST(Images, OfDifferentSizesAreRefused) {
 
 class ImageFiles : public testing::Test {
  protected:
-  ImageFiles() {
-    std::string name = (std::filesystem::temp_directory_path() / "cvrbench-test-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~ImageFiles() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_;
+  experiments::ScratchFolder folder_;
 };
 
 TEST_F(ImageFiles, PngComesBack) {
   std::vector<std::uint8_t> rgb(7 * 5 * 3);
   for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = static_cast<std::uint8_t>(i * 37);
-  const std::string path = (folder_ / "a.png").string();
+  const std::string path = folder_ / "a.png";
   write_png(path, 7, 5, rgb);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
@@ -116,7 +112,7 @@ TEST_F(ImageFiles, PngComesBack) {
 }
 
 TEST_F(ImageFiles, ErrorsNameTheFile) {
-  const std::string path = (folder_ / "none" / "a.png").string();
+  const std::string path = folder_ / "none/a.png";
   const auto message = [&](auto&& write) -> std::string {
     try {
       write();
@@ -127,7 +123,7 @@ TEST_F(ImageFiles, ErrorsNameTheFile) {
   };
   EXPECT_THAT(message([&] { write_png(path, 1, 1, {1, 2, 3}); }), testing::StartsWith(path + ": expected"));
   EXPECT_THAT(message([&] {
-                write_png((folder_ / "b.png").string(), 2, 1, {1, 2, 3});
+                write_png(folder_ / "b.png", 2, 1, {1, 2, 3});
               }),
               testing::HasSubstr("expected 6 bytes for a picture of 2x1, found 3"));
   EXPECT_THAT(message([&] { write_label_image(path, grey(1, 1, 0)); }),
@@ -137,7 +133,7 @@ TEST_F(ImageFiles, ErrorsNameTheFile) {
 TEST_F(ImageFiles, LabelsAreLittleEndianWords) {
   Image image = grey(2, 1, 0);
   image.labels = {0x0102030405060708u, kNoLabel};
-  const std::string path = (folder_ / "labels.u64").string();
+  const std::string path = folder_ / "labels.u64";
   write_label_image(path, image);
   std::ifstream in(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};

@@ -12,6 +12,7 @@
 
 #include "experiments/scene_file.hpp"
 #include "volumes/error.hpp"
+#include "tests/unit/experiments/scratch_folder.hpp"
 
 namespace cvr::gpu {
 namespace {
@@ -111,13 +112,8 @@ TEST(Spaces, SceneSpaceFitsAnyVolume) {
 
 class SceneFiles : public testing::Test {
  protected:
-  SceneFiles() {
-    std::string name = (std::filesystem::temp_directory_path() / "cvrbench-test-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~SceneFiles() override { std::filesystem::remove_all(folder_); }
   Scene load(const std::string& text) {
-    const std::string path = (folder_ / "s.yaml").string();
+    const std::string path = folder_ / "s.yaml";
     std::ofstream(path) << text;
     return experiments::load_scene(path);
   }
@@ -132,7 +128,7 @@ class SceneFiles : public testing::Test {
     }
     return "no error";
   }
-  std::filesystem::path folder_;
+  experiments::ScratchFolder folder_;
 };
 
 const std::string kRest = "title: T\nmaterials: [{}]\n";
@@ -242,7 +238,7 @@ TEST_F(SceneFiles, LabelsOfRules) {
 
 TEST_F(SceneFiles, FoundByNameOrPath) {
   load(kRest + kKeys);
-  const std::string path = (folder_ / "s.yaml").string();
+  const std::string path = folder_ / "s.yaml";
   EXPECT_EQ(experiments::find_scene(path), path);
   for (const std::string name : {"cells", "fiber", "neurites", "atlas", "inside", "dense"}) {
     const Scene scene = experiments::load_scene(experiments::find_scene(name));
