@@ -12,9 +12,10 @@ void cvr_decode_cells(uvec3 brick, uint lod, Labels labels, uint first, uint str
   uint shift = CVR_BRICK_SHIFT - lod;
   uvec3 cells = (cvr_extent() + ((1u << lod) - 1u)) >> lod;
   uint end = min(1u << (3u * shift), cvr_push.x + cvr_push.y);
+  BrickCells opened = cvr_open_cells(brick, lod);
   for (uint n = cvr_push.x + first; n < end; n += stride) {
     uvec3 cell = (brick << shift) + uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
-    if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(cell, lod));
+    if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(opened, cell, lod));
   }
 }
 #endif

@@ -50,7 +50,7 @@ bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invis
   CVR_COUNT(CVR_COUNT_CACHE_HITS, 1);
 #ifdef CVR_INSTRUMENTED
   cvr_checking = true;
-  if (cvr_decode_cell(cell, lod) != code) CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
+  if (cvr_decode_cell(cvr_open_cells(brick, lod), cell, lod) != code) CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
   cvr_checking = false;
 #endif
   return true;
@@ -58,18 +58,21 @@ bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invis
 
 // Decodes a cell that cvr_lookup does not know, and keeps it. With empty-space bits, an invisible cell makes the voxels of its block be
 // decoded too, until one is visible; the loop has the only call of the decoder, since a kernel carries each call's text.
-uint cvr_resolve(uvec3 cell, uint lod, out bool invisible) {
+uint cvr_resolve(uvec3 cell, uint lod, uvec3 brick, out bool invisible) {
   CVR_COUNT(CVR_COUNT_CACHE_MISSES, 1);
   invisible = false;
 #ifdef CVR_EMPTY_SPACE
   uint code = 0u;
+  BrickCells cells;
   uint voxels = lod < 2u ? 8u : 0u;  // of the block, besides the cell
   for (uint c = 0u; c <= voxels; ++c) {
     uvec3 block = (lod < 2u ? cell >> (1u - lod) : cell) << 1u;
     uvec3 at = c == 0u ? cell : block + uvec3(c - 1u & 1u, c - 1u >> 1 & 1u, c - 1u >> 2);
     if (c > 0u && (any(greaterThanEqual(at, cvr_extent())) || (lod == 0u && at == cell))) continue;
     CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1);
-    uint found = cvr_decode_cell(at, c == 0u ? lod : 0u);
+    uint level = c == 0u ? lod : 0u;
+    if (c == 0u || (c == 1u && lod > 0u)) cells = cvr_open_cells(brick, level);
+    uint found = cvr_decode_cell(cells, at, level);
     if (c == 0u) code = found;
     invisible = !cvr_code_visible(found);
     if (!invisible) break;
@@ -82,7 +85,7 @@ uint cvr_resolve(uvec3 cell, uint lod, out bool invisible) {
   }
 #else
   CVR_COUNT(CVR_COUNT_CELLS_DECODED, 1);
-  uint code = cvr_decode_cell(cell, lod);
+  uint code = cvr_decode_cell(cvr_open_cells(brick, lod), cell, lod);
 #endif
   CuckooSlot slot;
   uint other;

@@ -19,11 +19,11 @@ CVR_FUNC uint cvr_brick_word_count(uvec3 brick) {
   return cvr_read_global(starts, i + 1u) - cvr_read_global(starts, i);
 }
 
-CVR_FUNC Words cvr_brick_words(uvec3 brick) {
+CVR_FUNC Words cvr_brick_words(Global global) {
 #ifdef CVR_WORDS_SHARED
   return Words(0u);
 #else
-  return cvr_brick_global(brick);
+  return global;
 #endif
 }
 

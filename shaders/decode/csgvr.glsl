@@ -3,19 +3,28 @@
 // Constant: CVR_CSGVR_STOP_BITS 0 or 1. Buffers: see bricks.glsl.
 #include "shaders/decode/bricks.glsl"
 
-CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
+struct BrickCells {
+  Global global;
+  Words words;
+  CsgvrBrick brick;
+};
+
+CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
+  BrickCells cells;
+  cells.global = cvr_brick_global(brick);
+  cells.words = cvr_brick_words(cells.global);
+  cells.brick = cvr_csgvr_open(cells.words, cvr_brick_word_count(brick), uint(CVR_LEVELS), bool(CVR_CSGVR_STOP_BITS));
+  return cells;
+}
+
+CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
   uint level = uint(CVR_BRICK_SHIFT) - lod;
-  uvec3 brick = cell >> level;
   uvec3 node = cell & ((1u << level) - 1u);
-  CsgvrBrick opened =
-      cvr_csgvr_open(cvr_brick_words(brick), cvr_brick_word_count(brick), uint(CVR_LEVELS), bool(CVR_CSGVR_STOP_BITS));
   uint index;
   uint hops = 0u;
-  if (!cvr_csgvr_palette_index(cvr_brick_words(brick), opened, cvr_morton_encode(node.x, node.y, node.z), level, index, hops)) {
-    index = 0u;
-  }
+  if (!cvr_csgvr_palette_index(cells.words, cells.brick, cvr_morton_encode(node.x, node.y, node.z), level, index, hops)) index = 0u;
   CVR_COUNT_HOPS(hops);
-  return cvr_csgvr_label(cvr_brick_global(brick), opened, index);
+  return cvr_csgvr_label(cells.global, cells.brick, index);
 }
 
 #ifndef CVR_WITHOUT_SERIAL

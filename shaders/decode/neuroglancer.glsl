@@ -10,17 +10,35 @@
 
 // Blocks along an axis of the chunk at `chunk`.
 CVR_FUNC uint cvr_chunk_blocks(uint chunk, uint edge, uint extent, uint block) {
-  uint rest = extent - chunk * edge;
+  uint rest = extent - chunk * cells.edge;
   return ((rest < edge ? rest : edge) + block - 1u) / block;
 }
 
-CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
+struct BrickCells {
+  uint edge;                 // of a chunk of the level
+  uint extent_x, extent_y;   // of the level
+  uint chunks_x, chunks_y;
+  uint first;                // chunk of the level
+  uint stored;
+};
+
+CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
   Global levels = CVR_BUFFER(0);
   uint at = 7u * lod;
-  uint edge = cvr_read_global(levels, at);
-  uvec3 chunk = cell / edge;
-  uint row = chunk.y + cvr_read_global(levels, at + 4u) * chunk.z;
-  uint index = cvr_read_global(levels, at + 5u) + chunk.x + cvr_read_global(levels, at + 3u) * row;
+  BrickCells cells;
+  cells.edge = cvr_read_global(levels, at);
+  cells.extent_x = cvr_read_global(levels, at + 1u);
+  cells.extent_y = cvr_read_global(levels, at + 2u);
+  cells.chunks_x = cvr_read_global(levels, at + 3u);
+  cells.chunks_y = cvr_read_global(levels, at + 4u);
+  cells.first = cvr_read_global(levels, at + 5u);
+  cells.stored = cvr_read_global(levels, at + 6u);
+  return cells;
+}
+
+CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
+  uvec3 chunk = cell / cells.edge;
+  uint index = cells.first + chunk.x + cells.chunks_x * (chunk.y + cells.chunks_y * chunk.z);
   Global start_words = CVR_BUFFER_AT(1, uint64_t(2u) * uint64_t(index));
   uint64_t start = cvr_word64_global(start_words, 0u);
 
@@ -28,13 +46,13 @@ CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
   s.block_x = uint(CVR_NEUROGLANCER_BLOCK_X);
   s.block_y = uint(CVR_NEUROGLANCER_BLOCK_Y);
   s.block_z = uint(CVR_NEUROGLANCER_BLOCK_Z);
-  s.grid_x = cvr_chunk_blocks(chunk.x, edge, cvr_read_global(levels, at + 1u), s.block_x);
-  s.grid_y = cvr_chunk_blocks(chunk.y, edge, cvr_read_global(levels, at + 2u), s.block_y);
+  s.grid_x = cvr_chunk_blocks(chunk.x, cells.edge, cells.extent_x, s.block_x);
+  s.grid_y = cvr_chunk_blocks(chunk.y, cells.edge, cells.extent_y, s.block_y);
   s.table_words = uint(CVR_NEUROGLANCER_TABLE_WORDS);
 
-  uvec3 inside = cell - chunk * edge;
+  uvec3 inside = cell - chunk * cells.edge;
   uint64_t label;
-  if (cvr_read_global(levels, at + 6u) != 0u) {
+  if (cells.stored != 0u) {
     label = cvr_neuroglancer_label(CVR_BUFFER_AT(2, start), s, inside.x, inside.y, inside.z);
   } else {
     label = cvr_neuroglancer_label(CVR_BUFFER_AT(3, start), s, inside.x, inside.y, inside.z);

@@ -5,14 +5,25 @@
 //          2 remap    only where CVR_REMAP_SIZE > 0: all labels, ascending, two words each
 // Constants: CVR_RAW_BITS 8, 16, 32 or 64 bits a voxel; CVR_REMAP_SIZE labels that do not fit in 32 bits (with 64 bits alone)
 
-CVR_FUNC uint cvr_decode_cell(uvec3 cell, uint lod) {
+struct BrickCells {
+  uint64_t first;  // word of the level
+  uint64_t extent_x, extent_y;
+};
+
+CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
   Global levels = CVR_BUFFER(1);
   uint at = 5u * lod;
-  uint64_t first = cvr_word64_global(levels, at);
-  uint64_t row = uint64_t(cell.y) + uint64_t(cvr_read_global(levels, at + 3u)) * uint64_t(cell.z);
-  uint64_t voxel = uint64_t(cell.x) + uint64_t(cvr_read_global(levels, at + 2u)) * row;
+  BrickCells cells;
+  cells.first = cvr_word64_global(levels, at);
+  cells.extent_x = uint64_t(cvr_read_global(levels, at + 2u));
+  cells.extent_y = uint64_t(cvr_read_global(levels, at + 3u));
+  return cells;
+}
+
+CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
+  uint64_t voxel = uint64_t(cell.x) + cells.extent_x * (uint64_t(cell.y) + cells.extent_y * uint64_t(cell.z));
   uint64_t bit = voxel * uint64_t(CVR_RAW_BITS);
-  Global words = CVR_BUFFER_AT(0, first + (bit >> 5));
+  Global words = CVR_BUFFER_AT(0, cells.first + (bit >> 5));
   CVR_COUNT_HOPS(1u);
 #if CVR_RAW_BITS == 64
   return cvr_code_of(CVR_BUFFER(2), uint(CVR_REMAP_SIZE), cvr_word64_global(words, 0u));

@@ -23,8 +23,8 @@ CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
   serial.valid_y = cvr_brick_valid(brick.y, extent.y);
   serial.valid_z = cvr_brick_valid(brick.z, extent.z);
 #ifdef CVR_SERIAL_RANS
-  cvr_serial_decode(palette, cvr_brick_words(brick), CVR_BUFFER(2), serial, labels);
+  cvr_serial_decode(palette, cvr_brick_words(palette), CVR_BUFFER(2), serial, labels);
 #else
-  cvr_serial_decode(palette, cvr_brick_words(brick), serial, labels);
+  cvr_serial_decode(palette, cvr_brick_words(palette), serial, labels);
 #endif
 }

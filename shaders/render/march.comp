@@ -149,7 +149,7 @@ bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
     }
 #ifdef CVR_RESOLVE_LOOPS
       if (!missing) break;
-      decoded = cvr_resolve(uvec3(cell), lod, hidden);
+      decoded = cvr_resolve(uvec3(cell), lod, brick, hidden);
       known = true;
       CVR_SPEND(1u + CVR_RESOLVE_LOOPS);
     }

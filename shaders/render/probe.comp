@@ -22,15 +22,16 @@ void main() {
   barrier();
   Labels labels = Labels(cvr_frame.labels + (uint64_t(index) << (3u * shift + 2u)));
   uint end = min(1u << (3u * shift), cvr_push.y + cvr_push.z);
+  BrickCells opened = cvr_open_cells(brick, lod);
   for (uint n = cvr_push.y + gl_LocalInvocationID.x; n < end; n += CVR_PROBE_WIDTH) {
     uvec3 cell = (brick << shift) + uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
-    if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(cell, lod));
+    if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(opened, cell, lod));
   }
 #else
   uint index = gl_GlobalInvocationID.x;
   if (index >= cells.x * cells.y * cells.z) return;
   uint row = index / cells.x;
   uvec3 cell = uvec3(index - row * cells.x, row % cells.y, row / cells.y);
-  cvr_store(Labels(cvr_frame.labels), index, cvr_decode_cell(cell, lod));
+  cvr_store(Labels(cvr_frame.labels), index, cvr_decode_cell(cvr_open_cells(cell >> shift, lod), cell, lod));
 #endif
 }

@@ -40,12 +40,15 @@ CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bo
   brick.z_at = levels + 2u;
   brick.w.rank_at = brick.z_at + 2u * CVR_WAVELET_LEVELS - 1u;
   brick.w.bits_at = brick.w.rank_at + 2u * (w_bits / CVR_RANK_BLOCK_BITS + 1u);
+  brick.w.size = w_bits;
   brick.s.rank_at = 0u;
   brick.s.bits_at = 0u;
+  brick.s.size = 0u;
   if (stop_bits) {
     uint s_words = cvr_read(words, word_count - brick.palette_size - 1u);
     brick.s.bits_at = word_count - brick.palette_size - 1u - 2u * s_words;
     brick.s.rank_at = brick.w.bits_at + 2u * ((w_bits + 63u) / 64u);
+    brick.s.size = cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS);  // W_1: every symbol has a bit in the first level
   }
   return brick;
 }
@@ -54,18 +57,24 @@ CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bo
 CVR_FUNC uint cvr_csgvr_index(Words words, CsgvrBrick brick, CVR_INOUT(uint) n, CVR_INOUT(uint) level) {
   uint offset = 0u;  // nodes of the current level that earlier stop bits have removed before n's ancestor
   if (brick.s.bits_at != 0u) {
+    uint start = 0u;
     for (uint l = 0u; l < level; ++l) {
       uint ancestor = n >> (3u * (level - l));
-      uint at = cvr_read(words, l) + ancestor - offset;
-      if (cvr_bit(words, brick.s, at) == 1u) {
+      uint at = start + ancestor - offset;
+      uint word = cvr_bit_word(words, brick.s, at);
+      if (((word >> (at & 31u)) & 1u) == 1u) {
         n = ancestor;
         level = l;
         return at;
       }
-      offset = 8u * (offset + cvr_rank1(words, brick.s, at) - cvr_rank1(words, brick.s, cvr_read(words, l)));
+      // Ones before the level: all nodes before it but those that have the children up to its end.
+      uint end = cvr_read(words, l + 1u);
+      offset = 8u * (offset + cvr_rank1_in(words, brick.s, at, word) - (start - (end - 1u) / 8u));
+      start = end;
     }
+    return start + n - offset;
   }
-  return cvr_read(words, level) + n - offset;
+  return cvr_read(words, level) + n;
 }
 
 // The operation at a stream index (Algorithm 2). For palette operations `advances` is the number of "advance" operations
@@ -75,9 +84,10 @@ CVR_FUNC uint cvr_csgvr_operation(Words words, CsgvrBrick brick, uint i, CVR_OUT
   uint start = 0u;
   for (uint l = 0u; l < CVR_WAVELET_LEVELS; ++l) {
     bool last = l == CVR_WAVELET_LEVELS - 1u;
-    uint bit = cvr_bit(words, brick.w, start + i);
+    uint word = cvr_bit_word(words, brick.w, start + i);
+    uint bit = (word >> ((start + i) & 31u)) & 1u;
     if (bit == 1u && !last) return l;
-    uint ones_before = cvr_rank1(words, brick.w, start + i) - cvr_read(words, brick.z_at + l);
+    uint ones_before = cvr_rank1_in(words, brick.w, start + i, word) - cvr_read(words, brick.z_at + l);
     if (last) {
       advances = ones_before;
       return bit == 1u ? CVR_OP_ADVANCE : CVR_OP_LAST;

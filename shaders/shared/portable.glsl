@@ -38,6 +38,7 @@ struct Labels {
 };
 
 CVR_FUNC uint cvr_popcount(uint64_t bits) { return static_cast<uint>(std::popcount(bits)); }
+CVR_FUNC uint cvr_popcount32(uint bits) { return static_cast<uint>(std::popcount(bits)); }
 
 #else
 
@@ -62,6 +63,7 @@ CVR_FUNC uint cvr_read(Words words, uint i) { return cvr_shared[words.base + i];
 #define Words Global
 #endif
 
+CVR_FUNC uint cvr_popcount32(uint bits) { return uint(bitCount(bits)); }
 CVR_FUNC uint cvr_popcount(uint64_t bits) { return uint(bitCount(uint(bits)) + bitCount(uint(bits >> 32))); }
 
 #endif

@@ -55,7 +55,7 @@ struct Stored {
 Stored stored(const BitAppender& bits) {
   Stored s;
   codecs::succinct::append_flat_rank(bits.words(), bits.size(), s.words);
-  s.vector = {static_cast<std::uint32_t>(s.words.size()), 0};
+  s.vector = {static_cast<std::uint32_t>(s.words.size()), 0, bits.size()};
   codecs::succinct::append_words(bits.words(), s.words);
   return s;
 }
