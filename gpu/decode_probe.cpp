@@ -49,7 +49,7 @@ Kernel& DecodeProbe::Impl::kernel(DecodePath path) {
     source.definitions.emplace_back("CVR_SHARED_WORDS", fmt::format("{}u", encoding.shared_words));
     source.texts.emplace_back("shaders/caches/shared_words.glsl");
   }
-  append_source(source, decoder_text(encoding));
+  append_source(source, decoder_text(device, encoding));
   source.texts.emplace_back("shaders/render/probe.comp");
   slot = std::make_unique<Kernel>(device, commands, source);
   return *slot;

@@ -13,8 +13,9 @@ KernelSource frame_kernel(const std::string& name, const codecs::GpuEncoding& en
   return source;
 }
 
-KernelSource decoder_text(const codecs::GpuEncoding& encoding) {
+KernelSource decoder_text(const Device& device, const codecs::GpuEncoding& encoding) {
   KernelSource source;
+  if (device.limits().serial_gathers) source.definitions.emplace_back("CVR_HOLD_HEADERS", "1");
   for (const auto& [name, value] : encoding.constants) source.definitions.emplace_back(name, std::to_string(value));
   for (const char* text : {"portable", "morton", "bit_vector", "csgvr", "csgvr_nibble", "neuroglancer", "label_codes"})
     source.texts.push_back(fmt::format("shaders/shared/{}.glsl", text));

@@ -130,7 +130,7 @@ Expected<void> Renderer::Impl::make_kernels() {
   const std::uint64_t direct = encoding.codes.empty() ? 1 : std::uint64_t{encoding.codes.back()} + 1;
   hashed = direct > std::max<std::uint64_t>(std::uint64_t{1} << 20, 8 * count);
   const CacheTraits* traits = find_cache(options.access);
-  const CacheSetting setting{device,       commands, encoding, info, grid, options.cache_bytes, decoder_text(encoding),
+  const CacheSetting setting{device,       commands, encoding, info, grid, options.cache_bytes, decoder_text(device, encoding),
                              options.instrumented};
   auto made = traits->make(setting);
   if (!made) return tl::unexpected(made.error());

@@ -255,9 +255,11 @@ Device::Device(const DeviceOptions& options) {
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(physical_, &properties);
     period_ = static_cast<double>(properties.limits.timestampPeriod);
+    const bool llvmpipe = chosen.driver == VK_DRIVER_ID_MESA_LLVMPIPE;
     limits_ = {report_.largest_allocation, report_.memory, report_.shared_memory, report_.subgroup,
                properties.limits.maxComputeWorkGroupCount[0],
-               chosen.driver == VK_DRIVER_ID_MESA_LLVMPIPE ? 65535u : UINT32_MAX};
+               llvmpipe ? 65535u : UINT32_MAX,
+               llvmpipe};
     const float priority = 1;
     const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
                                         .queueFamilyIndex = family_,

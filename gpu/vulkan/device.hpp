@@ -49,6 +49,9 @@ struct DeviceLimits {
   /// Iterations of all loops of an invocation together; the driver silently ends loops beyond. Mesa's llvmpipe has this bound
   /// (LP_MAX_TGSI_LOOP_ITERATIONS); no Vulkan query tells it. UINT32_MAX: none known.
   std::uint32_t loop_iterations;
+  /// Loads at addresses that differ between the invocations of a subgroup are made one after the other, as llvmpipe does: what
+  /// is read again and again is better held.
+  bool serial_gathers;
 };
 
 class Device {

@@ -9,7 +9,7 @@ struct BrickCells {
   CsgvrBrick brick;
 };
 
-CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
+CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint) {
   BrickCells cells;
   cells.global = cvr_brick_global(brick);
   cells.words = cvr_brick_words(cells.global);

@@ -10,7 +10,7 @@
 
 // Blocks along an axis of the chunk at `chunk`.
 CVR_FUNC uint cvr_chunk_blocks(uint chunk, uint edge, uint extent, uint block) {
-  uint rest = extent - chunk * cells.edge;
+  uint rest = extent - chunk * edge;
   return ((rest < edge ? rest : edge) + block - 1u) / block;
 }
 
@@ -22,7 +22,7 @@ struct BrickCells {
   uint stored;
 };
 
-CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
+CVR_FUNC BrickCells cvr_open_cells(uvec3, uint lod) {
   Global levels = CVR_BUFFER(0);
   uint at = 7u * lod;
   BrickCells cells;
@@ -36,7 +36,7 @@ CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
   return cells;
 }
 
-CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
+CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint) {
   uvec3 chunk = cell / cells.edge;
   uint index = cells.first + chunk.x + cells.chunks_x * (chunk.y + cells.chunks_y * chunk.z);
   Global start_words = CVR_BUFFER_AT(1, uint64_t(2u) * uint64_t(index));

@@ -10,7 +10,7 @@ struct BrickCells {
   uint64_t extent_x, extent_y;
 };
 
-CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
+CVR_FUNC BrickCells cvr_open_cells(uvec3, uint lod) {
   Global levels = CVR_BUFFER(1);
   uint at = 5u * lod;
   BrickCells cells;
@@ -20,7 +20,7 @@ CVR_FUNC BrickCells cvr_open_cells(uvec3 brick, uint lod) {
   return cells;
 }
 
-CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
+CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint) {
   uint64_t voxel = uint64_t(cell.x) + cells.extent_x * (uint64_t(cell.y) + cells.extent_y * uint64_t(cell.z));
   uint64_t bit = voxel * uint64_t(CVR_RAW_BITS);
   Global words = CVR_BUFFER_AT(0, cells.first + (bit >> 5));

@@ -8,10 +8,12 @@
 // Brick layout in 32-bit words (L levels):
 //   [T_0 .. T_{L-1}][palette size][bits of W][Z_1[0..4]][W_1 .. W_4][flat rank of W][W]
 //   with stop bits: [flat rank of S][S][64-bit words of S]      then the palette, reversed: entry k is the k-th word from the end
+// CVR_HOLD_HEADERS: an opened brick holds level starts and wavelet offsets. Dear for one node, cheap for many.
 #ifndef CVR_CSGVR_GLSL
 #define CVR_CSGVR_GLSL
 
 #define CVR_WAVELET_LEVELS 5u
+#define CVR_MOST_LEVELS 7u  // bricks of 64^3
 
 #define CVR_OP_PARENT 0u
 #define CVR_OP_NEIGHBOUR_X 1u
@@ -26,9 +28,41 @@ struct CsgvrBrick {
   uint words;         // of the whole brick
   uint palette_size;
   uint z_at;          // word of Z_1[0]; W_1 follows Z_1[4]
+#ifdef CVR_HOLD_HEADERS
+  uint starts[CVR_MOST_LEVELS];       // T_0 ..
+  uint wavelet[CVR_WAVELET_LEVELS];   // see cvr_csgvr_wavelet_step
+#else
+  uint starts_at;     // word of T_0
+#endif
   BitVector w;        // wavelet matrix
   BitVector s;        // stop bits; s.bits_at = 0: there are none
 };
+
+// First stream index of a level.
+CVR_FUNC uint cvr_csgvr_start(Words words, CsgvrBrick brick, uint level) {
+#ifdef CVR_HOLD_HEADERS
+  uint start = brick.starts[0];
+  CVR_UNROLL for (uint l = 1u; l < CVR_MOST_LEVELS; ++l) start = l == level ? brick.starts[l] : start;
+  return start;
+#else
+  return cvr_read(words, brick.starts_at + level);
+#endif
+}
+
+// What leads from a zero at bit `at` of a wavelet level, with `ones` before it, to its bit in the next level: at - ones + step.
+// For the last level, the ones before it.
+CVR_FUNC uint cvr_csgvr_wavelet_step(Words words, CsgvrBrick brick, uint level) {
+#ifdef CVR_HOLD_HEADERS
+  uint step = brick.wavelet[0];
+  CVR_UNROLL for (uint l = 1u; l < CVR_WAVELET_LEVELS; ++l) step = l == level ? brick.wavelet[l] : step;
+  return step;
+#else
+  uint step = cvr_read(words, brick.z_at + level);
+  if (level == CVR_WAVELET_LEVELS - 1u) return step;
+  step += cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS + level);
+  return level == 0u ? step : step - cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS + level - 1u);
+#endif
+}
 
 // Reads the header of the brick whose `word_count` words begin at `words`.
 CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bool stop_bits) {
@@ -50,6 +84,18 @@ CVR_FUNC CsgvrBrick cvr_csgvr_open(Words words, uint word_count, uint levels, bo
     brick.s.rank_at = brick.w.bits_at + 2u * ((w_bits + 63u) / 64u);
     brick.s.size = cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS);  // W_1: every symbol has a bit in the first level
   }
+#ifdef CVR_HOLD_HEADERS
+  CVR_UNROLL for (uint l = 0u; l < CVR_MOST_LEVELS; ++l) brick.starts[l] = l < levels ? cvr_read(words, l) : 0u;
+  uint start = 0u;
+  CVR_UNROLL for (uint l = 0u; l < CVR_WAVELET_LEVELS - 1u; ++l) {
+    uint next = cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS + l);
+    brick.wavelet[l] = cvr_read(words, brick.z_at + l) + next - start;
+    start = next;
+  }
+  brick.wavelet[CVR_WAVELET_LEVELS - 1u] = cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS - 1u);
+#else
+  brick.starts_at = 0u;
+#endif
   return brick;
 }
 
@@ -68,32 +114,31 @@ CVR_FUNC uint cvr_csgvr_index(Words words, CsgvrBrick brick, CVR_INOUT(uint) n, 
         return at;
       }
       // Ones before the level: all nodes before it but those that have the children up to its end.
-      uint end = cvr_read(words, l + 1u);
+      uint end = cvr_csgvr_start(words, brick, l + 1u);
       offset = 8u * (offset + cvr_rank1_in(words, brick.s, at, word) - (start - (end - 1u) / 8u));
       start = end;
     }
     return start + n - offset;
   }
-  return cvr_read(words, level) + n;
+  return cvr_csgvr_start(words, brick, level) + n;
 }
 
 // The operation at a stream index (Algorithm 2). For palette operations `advances` is the number of "advance" operations
 // before the index (Algorithm 3); otherwise it is 0.
 CVR_FUNC uint cvr_csgvr_operation(Words words, CsgvrBrick brick, uint i, CVR_OUT(uint) advances) {
   advances = 0u;
-  uint start = 0u;
   for (uint l = 0u; l < CVR_WAVELET_LEVELS; ++l) {
     bool last = l == CVR_WAVELET_LEVELS - 1u;
-    uint word = cvr_bit_word(words, brick.w, start + i);
-    uint bit = (word >> ((start + i) & 31u)) & 1u;
+    uint word = cvr_bit_word(words, brick.w, i);
+    uint bit = (word >> (i & 31u)) & 1u;
     if (bit == 1u && !last) return l;
-    uint ones_before = cvr_rank1_in(words, brick.w, start + i, word) - cvr_read(words, brick.z_at + l);
+    uint ones = cvr_rank1_in(words, brick.w, i, word);
+    uint step = cvr_csgvr_wavelet_step(words, brick, l);
     if (last) {
-      advances = ones_before;
+      advances = ones - step;
       return bit == 1u ? CVR_OP_ADVANCE : CVR_OP_LAST;
     }
-    i -= ones_before;
-    start = cvr_read(words, brick.z_at + CVR_WAVELET_LEVELS + l);
+    i = i - ones + step;
   }
   return CVR_OP_LAST;
 }

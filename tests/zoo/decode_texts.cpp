@@ -121,24 +121,31 @@ struct Entry {
 
 #define CVR_ENTRY(name, cell, brick) \
   Entry { name::cvr_decode_root, name::cvr_decode_visible, cell, brick }
+#define CVR_CELL_ENTRY(name, brick)                                                                              \
+  CVR_ENTRY(                                                                                                     \
+      name,                                                                                                      \
+      [](uvec3 cell, uint lod) {                                                                                 \
+        return name::cvr_decode_cell(name::cvr_open_cells(cell >> (CVR_BRICK_SHIFT - lod), lod), cell, lod);     \
+      },                                                                                                         \
+      brick)
 
 Entry entry_of(const Bindings& b) {
   const std::string_view name = b.encoding->decoder;
   if (name == "raw") {
     switch (b.constant("CVR_RAW_BITS")) {
-      case 8: return CVR_ENTRY(raw_8, raw_8::cvr_decode_cell, nullptr);
-      case 16: return CVR_ENTRY(raw_16, raw_16::cvr_decode_cell, nullptr);
-      case 32: return CVR_ENTRY(raw_32, raw_32::cvr_decode_cell, nullptr);
-      default: return CVR_ENTRY(raw_64, raw_64::cvr_decode_cell, nullptr);
+      case 8: return CVR_CELL_ENTRY(raw_8, nullptr);
+      case 16: return CVR_CELL_ENTRY(raw_16, nullptr);
+      case 32: return CVR_CELL_ENTRY(raw_32, nullptr);
+      default: return CVR_CELL_ENTRY(raw_64, nullptr);
     }
   }
-  if (name == "neuroglancer") return CVR_ENTRY(neuroglancer, neuroglancer::cvr_decode_cell, nullptr);
+  if (name == "neuroglancer") return CVR_CELL_ENTRY(neuroglancer, nullptr);
   if (name == "csgv") {
     return b.constant("CVR_CSGV_RANS") != 0 ? CVR_ENTRY(csgv_rans, nullptr, csgv_rans::cvr_decode_brick)
                                             : CVR_ENTRY(csgv_nibble, nullptr, csgv_nibble::cvr_decode_brick);
   }
-  if (name == "csgvr") return CVR_ENTRY(csgvr, csgvr::cvr_decode_cell, csgvr::cvr_decode_brick);
-  if (name == "csgvr_nibble") return CVR_ENTRY(csgvr_nibble, csgvr_nibble::cvr_decode_cell, csgvr_nibble::cvr_decode_brick);
+  if (name == "csgvr") return CVR_CELL_ENTRY(csgvr, csgvr::cvr_decode_brick);
+  if (name == "csgvr_nibble") return CVR_CELL_ENTRY(csgvr_nibble, csgvr_nibble::cvr_decode_brick);
   throw std::logic_error("no such decoder text: " + std::string(name));
 }
 

@@ -60,7 +60,7 @@ void main() {
   barrier();
 #endif
 #ifdef TEST_CELLS
-  sum += cvr_decode_cell(gl_GlobalInvocationID, 1u);
+  sum += cvr_decode_cell(cvr_open_cells(brick, 1u), gl_GlobalInvocationID, 1u);
 #endif
 #ifdef TEST_BRICKS
   if (gl_LocalInvocationIndex == 0u) cvr_decode_brick(brick, 1u, push.labels);
