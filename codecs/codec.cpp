@@ -1,5 +1,9 @@
 #include "codecs/codec.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 namespace cvr::codecs {
 
 std::string_view name_of(Granularity granularity) {
@@ -29,6 +33,18 @@ VolumeInfo level_info(const VolumeInfo& finest, unsigned lod) {
   info.extent = level_extent(finest.extent, lod);
   for (double& size : info.voxel_size) size *= static_cast<double>(std::uint64_t{1} << lod);
   return info;
+}
+
+Expected<void> accepts(const Traits& traits, const VolumeInfo& info) {
+  if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
+    return fail(ErrorCode::kUnsupported, fmt::format("codec {} does not accept voxels of type {}", traits.id, name_of(info.type)));
+  }
+  if (info.kind == VolumeKind::kScalars) return {};
+  if (!volumes::is_label_type(info.type)) {
+    return fail(ErrorCode::kUnsupported, fmt::format("labels are of type u8, u16, u32 or u64, found {}", name_of(info.type)));
+  }
+  if (!traits.lossless) return fail(ErrorCode::kUnsupported, fmt::format("codec {} is lossy and takes scalars, not labels", traits.id));
+  return {};
 }
 
 }  // namespace cvr::codecs

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -52,6 +53,10 @@ struct Traits {
   bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
   bool gpu_decodable = false;    ///< decoders of label volumes have a gpu_encoding()
 };
+
+/// Why a codec cannot encode volumes of this type and kind: kUnsupported. Lossy codecs take scalars alone, since an
+/// approximate label is a wrong one.
+Expected<void> accepts(const Traits& traits, const VolumeInfo& info);
 
 /// What the bytes of an encoded file are for.
 enum class ByteClass : std::uint8_t {
@@ -101,11 +106,13 @@ struct Stream {
   std::span<const std::byte> payload;
 };
 
-/// Optional facet: the label of single voxels without decoding their brick.
+/// Optional facet: single voxels without decoding their brick.
+///
+/// Scalars pass through this door as bits: u8 and u16 zero-extended, i16 as the 16 bits of its two's complement, f32 as its 32 bits.
 class VoxelAccess {
  public:
   virtual ~VoxelAccess() = default;
-  /// labels[i] = label of the level-`lod` node that contains the finest voxel points[i] (0 = finest level).
+  /// labels[i] = label (or scalar) of the level-`lod` node that contains the finest voxel points[i] (0 = finest level).
   /// Every point must lie inside the extent of the volume. One virtual call for many points: this loop is what is timed.
   virtual Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const = 0;
 };
@@ -121,6 +128,23 @@ class BrickAccess {
   virtual Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const = 0;
 };
 
+/// Optional facet of lossy codecs: coarser approximations of the finest level, each from a prefix of the payload.
+class ProgressiveAccess {
+ public:
+  virtual ~ProgressiveAccess() = default;
+  virtual unsigned steps() const = 0;                          ///< at least 2; the last is the whole payload
+  virtual std::string_view step_name(unsigned step) const = 0;  ///< for instance "DC", "+LP"
+  virtual std::uint64_t step_bytes(unsigned step) const = 0;   ///< bytes of the payload that steps 0..step need, exactly
+  /// Like Decoder::decode(0, ...), from the bytes of steps 0..step alone.
+  virtual Expected<void> decode_step(unsigned step, unsigned threads, SlabSink& sink) const = 0;
+};
+
+/// How far the decoded finest level is from the original, over all voxels, in units of the voxel values.
+struct RecordedError {
+  double largest;       ///< largest absolute error
+  double mean_squared;
+};
+
 /// Opened on one stream; thread-safe for concurrent const calls.
 class Decoder {
  public:
@@ -131,6 +155,10 @@ class Decoder {
   virtual Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const = 0;
   virtual const VoxelAccess* voxel_access() const { return nullptr; }
   virtual const BrickAccess* brick_access() const { return nullptr; }
+  virtual const ProgressiveAccess* progressive_access() const { return nullptr; }
+  /// What a lossy encoder measured on its own output and the payload carries: its promise, which every decoding must keep
+  /// (to 1e-6 of the value). Of lossless codecs none.
+  virtual std::optional<RecordedError> recorded_error() const { return std::nullopt; }
   /// What a GPU needs to decode this stream in bricks of `brick` voxels a side; 0: the codec's own edge, or 32 where it has none.
   /// Buffers may view the payload or the decoder. Errors: kUnsupported (no decoder text), kBadArgument (a codec with bricks serves
   /// no other edge; the others serve powers of two, 2..64), kMalformed (bytes that the texts could not be trusted with).

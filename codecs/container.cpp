@@ -63,13 +63,7 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
 }
 
 Expected<void> check_encodable(const Codec& codec, const VolumeInfo& info) {
-  const Traits& traits = codec.traits();
-  if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
-    return fail(ErrorCode::kUnsupported, fmt::format("codec {} does not accept voxels of type {}", traits.id, name_of(info.type)));
-  }
-  if (info.kind == VolumeKind::kLabels && !volumes::is_label_type(info.type)) {
-    return fail(ErrorCode::kUnsupported, fmt::format("labels are of type u8, u16, u32 or u64, found {}", name_of(info.type)));
-  }
+  if (auto accepted = accepts(codec.traits(), info); !accepted) return accepted;
   const Extent& e = info.extent;
   if (e.x == 0 || e.y == 0 || e.z == 0) return fail(ErrorCode::kBadArgument, "the volume is empty: " + to_string(e));
   if (e.x > kMaxAxis || e.y > kMaxAxis || e.z > kMaxAxis || e.x > kMaxVoxels / e.y || e.x * e.y > kMaxVoxels / e.z) {

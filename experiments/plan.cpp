@@ -24,9 +24,7 @@ constexpr std::uint64_t kModelPixel = 100;  // bytes, of pictures on the device 
 std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info) {
   if (cell.codec == kMemcpy) return "";
   const auto& traits = codecs::find_codec(cell.codec)->traits();
-  if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
-    return fmt::format("does not accept voxels of type {}", name_of(info.type));
-  }
+  if (const auto accepted = codecs::accepts(traits, info); !accepted) return accepted.error().message;
   if (cell.stage == Stage::kRender) {
     if (info.kind == volumes::VolumeKind::kScalars) return "only label volumes are drawn";
     return traits.gpu_decodable ? "" : "no decoder for the GPU";

@@ -265,7 +265,7 @@ const Specimen& specimen(const std::string& name) {
 }
 
 bool accepts(const Codec& codec, const VolumeInfo& info) {
-  return std::ranges::find(codec.traits().types, info.type) != codec.traits().types.end();
+  return codecs::accepts(codec.traits(), info).has_value();
 }
 
 std::vector<Parameters> parameter_corners(const Codec& codec) {
