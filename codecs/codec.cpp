@@ -26,6 +26,10 @@ Expected<GpuEncoding> Decoder::gpu_encoding(std::uint32_t, unsigned) const {
   return fail(ErrorCode::kUnsupported, "this codec has no decoder for the GPU");
 }
 
+Expected<GpuSamples> Decoder::gpu_samples(unsigned) const {
+  return fail(ErrorCode::kUnsupported, "this codec has no decoder of scalars for the GPU");
+}
+
 Extent level_extent(const Extent& finest, unsigned lod) { return volumes::ceil_div(finest, std::uint64_t{1} << lod); }
 
 VolumeInfo level_info(const VolumeInfo& finest, unsigned lod) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "codecs/gpu_encoding.hpp"
+#include "codecs/gpu_samples.hpp"
 #include "codecs/parameters.hpp"
 #include "volumes/error.hpp"
 #include "volumes/source.hpp"
@@ -163,6 +164,9 @@ class Decoder {
   /// Buffers may view the payload or the decoder. Errors: kUnsupported (no decoder text), kBadArgument (a codec with bricks serves
   /// no other edge; the others serve powers of two, 2..64), kMalformed (bytes that the texts could not be trusted with).
   virtual Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const;
+  /// What a GPU needs to decode single scalars of the finest level after progressive step `step` (0 where there are none).
+  /// Errors: kUnsupported (labels, or no decoder text).
+  virtual Expected<GpuSamples> gpu_samples(unsigned step) const;
 };
 
 class Codec {

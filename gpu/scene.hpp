@@ -58,12 +58,22 @@ struct MaterialRule {
   bool operator==(const MaterialRule&) const = default;
 };
 
+/// A point of a transfer function.
+struct TransferPoint {
+  double value = 0;                        ///< 0 .. 1 of the volume's value range; ascending from point to point
+  std::array<std::uint8_t, 3> colour{};
+  double density = 0;                      ///< extinction a world unit, from 0
+  bool operator==(const TransferPoint&) const = default;
+};
+
 struct Scene {
   std::string name, title;
   CameraPath path;
   std::uint32_t frames = 64;  ///< of the path
   std::uint32_t width = 640, height = 360;
-  std::vector<MaterialRule> materials;
+  std::vector<MaterialRule> materials;   ///< of label volumes
+  std::vector<TransferPoint> transfer;   ///< of scalar volumes
+  std::uint32_t slice_samples = 1;       ///< sample planes between two slices of a scalar volume
   Shading shading = Shading::kLocal;
   Vector3 light{0.4, 0.8, 0.45};  ///< towards the light, in world space; need not have length 1
   double ambient = 0.35;          ///< 0 .. 1

@@ -52,6 +52,7 @@ class RawDecoder final : public Decoder, public VoxelAccess {
   Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
     return raw::gpu_encoding(info_, voxels_, brick == 0 ? 32 : brick, threads);
   }
+  Expected<GpuSamples> gpu_samples(unsigned) const override { return raw::gpu_samples(info_, voxels_); }
 
  private:
   VolumeInfo info_;

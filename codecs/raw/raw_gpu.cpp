@@ -81,4 +81,22 @@ Expected<GpuEncoding> gpu_encoding(const VolumeInfo& info, const std::byte* voxe
   return encoding;
 }
 
+Expected<GpuSamples> gpu_samples(const VolumeInfo& info, const std::byte* voxels) {
+  if (info.kind != VolumeKind::kScalars) return fail(ErrorCode::kUnsupported, "labels are not samples");
+  std::uint32_t type = 0;
+  switch (info.type) {
+    case VoxelType::kU8: type = 0; break;
+    case VoxelType::kU16: type = 1; break;
+    case VoxelType::kI16: type = 2; break;
+    case VoxelType::kF32: type = 3; break;
+    default: return fail(ErrorCode::kUnsupported, fmt::format("no samples of type {} on the GPU", name_of(info.type)));
+  }
+  auto words = std::make_shared<Buffer>((info.bytes() + 3) / 4 * 4);
+  std::memset(words->data() + words->size() - 4, 0, 4);
+  std::memcpy(words->data(), voxels, info.bytes());
+  GpuSamples samples{.decoder = "raw", .constants = {{"CVR_RAW_SCALAR", type}}, .buffers = {}};
+  samples.buffers.push_back({"voxels", words->bytes(), words});
+  return samples;
+}
+
 }  // namespace cvr::codecs::raw

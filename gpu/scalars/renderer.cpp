@@ -1,0 +1,256 @@
+#include "gpu/scalars/renderer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "gpu/reference/vector.hpp"
+#include "gpu/scalars/frame.hpp"
+
+namespace cvr::gpu {
+
+namespace {
+
+using volumes::ErrorCode;
+using volumes::Expected;
+using volumes::fail;
+
+constexpr std::uint32_t kGroup = 64;
+constexpr std::uint32_t kLargestImage = 16384;
+/// Loops of one sample: eight corners and 4^3 neighbours (shaders/scalars/composite.comp).
+constexpr std::uint32_t kSampleLoops = 1 + 8 + 64;
+/// Slices decoded ahead of the slab that needs them; with the one before it the ring is full.
+constexpr std::uint32_t kAhead = 3;
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// A vector in slice space.
+Vector3 permuted(const Vector3& v, std::size_t axis) {
+  return {v[axis == 0 ? 1 : 0], v[axis == 2 ? 1 : 2], v[axis]};
+}
+
+void store(const Vector3& v, float (&out)[3]) {
+  for (std::size_t i = 0; i < 3; ++i) out[i] = static_cast<float>(v[i]);
+}
+
+}  // namespace
+
+const SampleAccess* find_sample_access(std::string_view id) {
+  const auto found = std::ranges::find(kSampleAccesses, id, &SampleAccess::id);
+  return found == kSampleAccesses.end() ? nullptr : &*found;
+}
+
+struct ScalarRenderer::Impl {
+  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i, const SampleAccess& a, std::uint32_t w, std::uint32_t h)
+      : device(d), info(i), access(a), width(w), height(h), commands(d, sizeof(ScalarFrame)), samples(s) {}
+
+  Expected<void> upload();
+  Expected<void> make_kernels();
+  Expected<DeviceBuffer> make_buffer(std::uint64_t bytes, const std::string& use);
+  void describe_camera(const Camera& camera);
+  std::uint64_t draw_from_ring(std::uint32_t first, std::uint32_t last);
+  void draw_directly(std::uint32_t first, std::uint32_t last);
+  std::uint32_t groups(std::uint64_t invocations) const { return static_cast<std::uint32_t>((invocations + kGroup - 1) / kGroup); }
+
+  Device& device;
+  volumes::VolumeInfo info;
+  SampleAccess access;
+  std::uint32_t width, height;
+  Commands commands;
+  codecs::GpuSamples samples;  ///< without the buffers' bytes once they are uploaded
+  std::vector<DeviceBuffer> encoded;
+  DeviceBuffer ring, colours, transfer;
+  std::vector<MemoryUse> uses;
+  std::unique_ptr<Kernel> decode, composite;
+  ScalarFrame frame{};
+  Scene scene;
+  std::vector<std::pair<std::string, double>> start;
+};
+
+Expected<DeviceBuffer> ScalarRenderer::Impl::make_buffer(std::uint64_t bytes, const std::string& use) {
+  auto buffer = DeviceBuffer::make(device, bytes, use);
+  if (buffer) uses.push_back({use, buffer->bytes()});
+  return buffer;
+}
+
+Expected<void> ScalarRenderer::Impl::upload() {
+  for (codecs::GpuBuffer& piece : samples.buffers) {
+    auto buffer = make_buffer(piece.bytes.size(), "encoding: " + piece.use);
+    if (!buffer) return tl::unexpected(buffer.error());
+    buffer->write(0, piece.bytes);
+    frame.encoding[encoded.size()] = buffer->address();
+    encoded.push_back(std::move(*buffer));
+    piece = {};
+  }
+  const volumes::Extent& e = info.extent;
+  const std::uint64_t largest_slice = std::max({e.x * e.y, e.x * e.z, e.y * e.z});
+  const struct {
+    DeviceBuffer& buffer;
+    std::uint64_t bytes;
+    const char* use;
+    std::uint64_t& address;
+  } pieces[] = {{ring, access.ring ? 16 * largest_slice : 0, "slices", frame.ring},
+                {colours, std::uint64_t{width} * height * 16, "image", frame.colours},
+                {transfer, kTransferEntries * 16, "transfer function", frame.transfer}};
+  for (const auto& piece : pieces) {
+    if (piece.bytes == 0) continue;
+    auto buffer = make_buffer(piece.bytes, piece.use);
+    if (!buffer) return tl::unexpected(buffer.error());
+    piece.buffer = std::move(*buffer);
+    piece.address = piece.buffer.address();
+  }
+  if (groups(kAhead * largest_slice) > device.limits().groups || groups(std::uint64_t{width} * height) > device.limits().groups)
+    return fail(ErrorCode::kUnsupported, "a slice or the picture needs more workgroups than the device's maxComputeWorkGroupCount");
+  return {};
+}
+
+Expected<void> ScalarRenderer::Impl::make_kernels() {
+  KernelSource text{.name = {}, .definitions = {}, .texts = {"shaders/scalars/frame.glsl", "shaders/shared/portable.glsl"}};
+  text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)}};
+  for (const auto& [name, value] : samples.constants) text.definitions.emplace_back(name, std::to_string(value));
+  text.texts.push_back(fmt::format("shaders/scalars/{}.glsl", samples.decoder));
+  const auto kernel = [&](const char* path, bool from_ring) {
+    KernelSource source = text;
+    source.name = fmt::format("{} {}", path, samples.decoder);
+    if (from_ring) source.definitions.emplace_back("CVR_FROM_RING", "1");
+    source.texts.emplace_back(path);
+    return std::make_unique<Kernel>(device, commands, source);
+  };
+  if (access.ring) decode = kernel("shaders/scalars/slice.comp", false);
+  composite = kernel("shaders/scalars/composite.comp", access.ring);
+  return {};
+}
+
+void ScalarRenderer::Impl::describe_camera(const Camera& camera) {
+  const SliceOrder order = slice_order(info, camera);
+  const Vector3 scale = world_scale(info);
+  const Vector3 forward = normalize(camera.target - camera.eye);
+  const Vector3 right = normalize(cross(forward, camera.up));
+  const Vector3 up = cross(right, forward);
+  const double half = std::tan(camera.vertical_fov_degrees * std::numbers::pi / 360);
+  const auto axis = order.axis;
+  // Voxel centres lie at integers.
+  store(permuted(world_from_scene(info, camera.eye) / scale - Vector3{0.5, 0.5, 0.5}, axis), frame.eye);
+  store(permuted(forward / scale, axis), frame.towards);
+  store(permuted((half / height) * right / scale, axis), frame.right);
+  store(permuted((-half / height) * up / scale, axis), frame.down);
+  store(permuted(scale, axis), frame.scale);
+  store(permuted(normalize(scene.light), axis), frame.light);
+  const Vector3 extent{static_cast<double>(info.extent.x), static_cast<double>(info.extent.y), static_cast<double>(info.extent.z)};
+  const Vector3 slices = permuted(extent, axis);
+  for (std::size_t i = 0; i < 3; ++i) {
+    frame.extent[i] = static_cast<std::uint32_t>(extent[i]);
+    frame.slices[i] = static_cast<std::uint32_t>(slices[i]);
+  }
+  frame.axis = static_cast<std::uint32_t>(axis);
+  frame.backwards = order.backwards ? 1 : 0;
+}
+
+std::uint64_t ScalarRenderer::Impl::draw_from_ring(std::uint32_t first, std::uint32_t last) {
+  const std::uint32_t count = frame.slices[2];
+  const std::uint64_t area = std::uint64_t{frame.slices[0]} * frame.slices[1];
+  const std::uint32_t pixels = width * height;
+  // Slices in the view's order: slab m lies between slices m and m + 1, and needs m - 1 to m + 2.
+  std::uint32_t have = first > 0 ? first - 1 : 0;
+  std::uint64_t decoded = 0;
+  for (std::uint32_t slab = first; slab < last; ++slab) {
+    const std::uint32_t need = std::min(slab + kAhead, count);
+    if (need > have) {
+      const std::uint32_t from = frame.backwards != 0 ? count - need : have;
+      const std::uint32_t to = frame.backwards != 0 ? count - have : need;
+      commands.dispatch(*decode, groups(area * (to - from)), {from, to, 0, 0});
+      decoded += area * (to - from);
+      have = need;
+    }
+    commands.dispatch(*composite, groups(pixels), {slab, slab + 1, slab == first ? 1u : 0u, slab + 1 == last ? 1u : 0u});
+  }
+  return decoded;
+}
+
+void ScalarRenderer::Impl::draw_directly(std::uint32_t first, std::uint32_t last) {
+  const std::uint32_t slabs = std::max(1u, device.limits().loop_iterations / 2 / (kSampleLoops * frame.samples));
+  for (std::uint32_t from = first; from < last; from += slabs) {
+    const std::uint32_t to = std::min(last, from + slabs);
+    commands.dispatch(*composite, groups(std::uint64_t{width} * height), {from, to, from == first ? 1u : 0u, to == last ? 1u : 0u});
+    if (to == last) break;
+  }
+}
+
+Expected<std::unique_ptr<ScalarRenderer>> ScalarRenderer::make(Device& device, const codecs::GpuSamples& samples,
+                                                               const volumes::VolumeInfo& info, std::string_view access,
+                                                               std::uint32_t width, std::uint32_t height) {
+  const SampleAccess* found = find_sample_access(access);
+  if (found == nullptr) return fail(ErrorCode::kBadArgument, fmt::format("no access mode of scalars '{}'", access));
+  if (width == 0 || height == 0 || width > kLargestImage || height > kLargestImage)
+    return fail(ErrorCode::kBadArgument, fmt::format("expected a picture of 1 to {} pixels a side, found {}x{}", kLargestImage, width, height));
+  auto impl = std::make_unique<Impl>(device, samples, info, *found, width, height);
+  const double begin = now();
+  if (auto done = impl->upload(); !done) return tl::unexpected(done.error());
+  const double uploaded = now();
+  if (auto done = impl->make_kernels(); !done) return tl::unexpected(done.error());
+  impl->start = {{"upload", uploaded - begin}, {"kernels", now() - uploaded}};
+  return std::unique_ptr<ScalarRenderer>(new ScalarRenderer(std::move(impl)));
+}
+
+ScalarRenderer::ScalarRenderer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ScalarRenderer::~ScalarRenderer() = default;
+
+void ScalarRenderer::set_scene(const Scene& scene, const ValueRange& range) {
+  Impl& my = *impl_;
+  my.scene = scene;
+  std::vector<float> entries;
+  for (const TransferEntry& entry : transfer_table(scene.transfer))
+    for (const double channel : entry) entries.push_back(static_cast<float>(channel));
+  my.transfer.write(0, std::as_bytes(std::span(entries)));
+  my.frame.value_at = static_cast<float>(range.least);
+  const double width = range.largest - range.least;
+  my.frame.value_step = width > 0 ? static_cast<float>((kTransferEntries - 1) / width) : 0;
+  my.frame.samples = scene.slice_samples;
+  my.frame.ambient = static_cast<float>(scene.ambient);
+  for (std::size_t i = 0; i < 3; ++i) my.frame.background[i] = static_cast<float>(scene.background[i]) / 255;
+  my.frame.width = my.width;
+  my.frame.height = my.height;
+}
+
+ScalarFrameResult ScalarRenderer::render(const Camera& camera, std::uint32_t first, std::uint32_t last) {
+  Impl& my = *impl_;
+  ScalarFrameResult result;
+  const double begin = now();
+  my.describe_camera(camera);
+  last = std::min(last, my.frame.slices[2] - 1);
+  first = std::min(first, last);
+  my.commands.begin(std::as_bytes(std::span(&my.frame, 1)));
+  my.commands.pass("render");
+  if (first == last) {  // one slice has no slab: the background alone
+    my.commands.dispatch(*my.composite, my.groups(std::uint64_t{my.width} * my.height), {0, 0, 1, 1});
+  } else if (my.access.ring) {
+    result.decoded = my.draw_from_ring(first, last);
+  } else {
+    my.draw_directly(first, last);
+  }
+  result.passes = my.commands.submit();
+  for (const PassTime& pass : result.passes) result.gpu_seconds += pass.seconds;
+  result.host_seconds = now() - begin;
+  return result;
+}
+
+Image ScalarRenderer::read_image() const {
+  const Impl& my = *impl_;
+  Image image{.width = my.width, .height = my.height, .colour = {}, .labels = {}, .complete = {}};
+  std::vector<float> colours(4 * image.pixels());
+  my.colours.read(0, std::as_writable_bytes(std::span(colours)));
+  image.colour.resize(3 * image.pixels());
+  for (std::size_t i = 0; i < image.pixels(); ++i) std::copy_n(colours.data() + 4 * i, 3, image.colour.data() + 3 * i);
+  image.labels.assign(image.pixels(), kNoLabel);
+  image.complete.assign(image.pixels(), 1);
+  return image;
+}
+
+std::vector<MemoryUse> ScalarRenderer::memory() const { return impl_->uses; }
+std::vector<std::pair<std::string, double>> ScalarRenderer::start_parts() const { return impl_->start; }
+
+}  // namespace cvr::gpu
