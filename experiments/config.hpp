@@ -32,7 +32,7 @@
 //       render, any other about the rest.
 //       pivot: {columns: [LABEL, ...], metric: METRIC}      in place of `columns`: one column for each combination of the labels,
 //                                                           each cell "measured (published)"
-//   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
+//   test_fault: {fault: crash|hang|oom|mismatch|device-lost, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
 #pragma once
 
 #include <cstdint>

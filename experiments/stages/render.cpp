@@ -113,6 +113,7 @@ class RenderRun final : public StageRun {
     std::vector<Sample> samples(1);
     const Stopwatch watch;
     renderer_->clear_cache();
+    if (spec_.fault == "device-lost") device_->lose_on_purpose();
     double seconds = 0;
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
       for (std::uint32_t sample = 0; sample < choice_.ao_samples; ++sample) {

@@ -15,6 +15,18 @@
 namespace cvr::cli_tests {
 namespace {
 
+/// Sets a variable of the environment, which the programs run here inherit, for the length of a block.
+class Variable {
+ public:
+  Variable(const char* name, const std::string& value) : name_(name) { setenv(name, value.c_str(), 1); }
+  ~Variable() { unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+};
+
 using nlohmann::json;
 using testing::HasSubstr;
 
@@ -126,13 +138,65 @@ TEST_F(Render, NoUsableDeviceIsTheEnvironmentsFault) {
     EXPECT_THAT(outcome.err, HasSubstr(name)) << "the devices that there are belong in the message";
   }
   EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
-  setenv("VK_ICD_FILENAMES", "/nonexistent", 1);
-  setenv("VK_DRIVER_FILES", "/nonexistent", 1);
-  for (const std::string command :
-       {"render v.h5 --scene cells -o a.png", "run c.yaml --out o", "list devices"})
-    EXPECT_EQ(program_.run(command).exit_code, 3) << command;
-  unsetenv("VK_ICD_FILENAMES");
-  unsetenv("VK_DRIVER_FILES");
+}
+
+TEST_F(Render, WithoutADriverTheErrorSaysWhatToInstall) {
+  program_.write("empty.json", "");
+  program_.write("nowhere.json", R"({"file_format_version": "1.0.0", "ICD": {"library_path": "none.so", "api_version": "1.3.0"}})");
+  for (const std::string file : {"empty.json", "nowhere.json", "nonexistent.json"}) {
+    const Variable old_name("VK_ICD_FILENAMES", program_ / file), new_name("VK_DRIVER_FILES", program_ / file);
+    for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
+      const Outcome outcome = program_.run(command);
+      EXPECT_EQ(outcome.exit_code, 3) << file << " " << command;
+      EXPECT_THAT(outcome.err, HasSubstr("cvrbench: no Vulkan device that can draw; ")) << file << " " << command;
+      EXPECT_THAT(outcome.err, HasSubstr("mesa-vulkan-drivers holds lavapipe")) << file << " " << command;
+      EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
+    }
+    EXPECT_EQ(program_.run("list devices").exit_code, 3) << file;
+  }
+}
+
+TEST_F(Render, ARejectedDeviceSaysWhy) {
+  // Mesa's drivers call themselves whatever this says, so a device of an old version can be had where they are.
+  const Variable version("MESA_VK_VERSION_OVERRIDE", "1.1.0");
+  const json list = json::parse(program_.run("list devices --json").out);
+  if (std::ranges::any_of(list, [](const json& d) { return d["usable"].get<bool>(); })) GTEST_SKIP() << "a driver that is not Mesa's";
+  for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
+    const Outcome outcome = program_.run(command);
+    EXPECT_EQ(outcome.exit_code, 3) << command;
+    for (const json& device : list)
+      EXPECT_THAT(outcome.err, HasSubstr("device " + std::to_string(device["index"].get<int>()) + " (" +
+                                         device["name"].get<std::string>() + ", " + device["type"].get<std::string>() + "): Vulkan 1.1."))
+          << command;
+    EXPECT_THAT(outcome.err, HasSubstr("expected 1.3")) << command;
+  }
+}
+
+TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
+  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: device-lost, codec: csgvr-sb}\n");
+  const Outcome outcome = program_.run("run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only cache=none "
+                                       "--only shading=local --set timeout_s=60");
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  const std::string name = json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
+  const auto all = rows();
+  ASSERT_EQ(all.size(), 4u);
+  for (const json& row : all) {
+    const std::string key = row["key"];
+    if (row["codec"]["id"] == "raw") {
+      EXPECT_EQ(row["status"], "ok") << key;
+      EXPECT_EQ(row["time"]["rounds"], 2) << key;
+      continue;
+    }
+    EXPECT_EQ(row["status"], "failed") << key;
+    const std::string passes = row["render"]["cache"] == "brick" ? "provision, assign, decode, render" : "render";
+    EXPECT_THAT(row["reason"].get<std::string>(),
+                testing::AllOf(HasSubstr(name), HasSubstr("running the passes " + passes + ": vkWaitForFences: device lost (-4)")))
+        << key;
+    EXPECT_FALSE(row.contains("frames") || row.contains("held")) << key << ": a cell that failed has no time";
+  }
+  // A wrong picture is a finding about the codec, whatever the device does beside it.
+  program_.write("g.yaml", std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
+  EXPECT_EQ(program_.run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local").exit_code, 1);
 }
 
 TEST_F(Render, ListsAccessModesAndDevices) {
