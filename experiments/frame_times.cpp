@@ -50,7 +50,8 @@ Row describe_series(const Measured& measured, const std::string& name, const std
     const std::size_t later = std::min(warm, series.wall_seconds.size());
     const auto pass = ascending_ms(std::span(series.wall_seconds).subspan(later));
     if (pass.empty()) continue;
-    row["passes"][series.name.substr(passes.size())] = {{"median_ms", quantile(pass, 0.5)}, {"mean_ms", mean_of(pass)}};
+    row["passes"][series.name.substr(passes.size())] = {{"median_ms", quantile(pass, 0.5)},
+                                                        {"mean_ms", mean_of(pass)}};
   }
   row["host_median_ms"] = quantile(ascending_ms(std::span(frames->cpu_seconds).subspan(warm)), 0.5);
   row["incomplete"] = describe_incomplete(frames->counts);
@@ -74,7 +75,8 @@ Row describe_frames(const Measured& measured) {
   row["first_round_mean_ms"] = mean_of(first_round);
   row["first_frame_ms"] = quantile(first_of_round, 0.5);
   row["first"] = Row::array();
-  for (const double ms : std::span(first_round).first(std::min(first_round.size(), kFirstFrames))) row["first"].push_back(ms);
+  for (const double ms : std::span(first_round).first(std::min(first_round.size(), kFirstFrames)))
+    row["first"].push_back(ms);
   return row;
 }
 

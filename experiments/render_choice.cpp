@@ -20,9 +20,10 @@ std::string cache_text(const RenderChoice& choice) {
 }  // namespace
 
 std::string RenderChoice::key() const {
-  return fmt::format("{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}",
-                     scene, access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias,
-                     ao_samples, brick, jump_frames, held_frames, picture_error ? 1 : 0);
+  return fmt::format(
+      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}", scene,
+      access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
+      jump_frames, held_frames, picture_error ? 1 : 0);
 }
 
 std::string RenderChoice::identity() const {

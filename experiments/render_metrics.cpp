@@ -97,16 +97,19 @@ std::span<const Metric> render_metrics() {
        [](L l) { return number(l, "/held/count", 0); }},
       {"held_incomplete", "held incomplete px", "most pixels of one of these frames that met a placeholder",
        [](L l) { return number(l, "/held/incomplete/largest", 0); }},
-      {"held_cells_decoded", "held decoded", "labels decoded for one of these frames, in the marcher and for the cache",
+      {"held_cells_decoded", "held decoded",
+       "labels decoded for one of these frames, in the marcher and for the cache",
        [](L l) { return number(l, "/held/cells_decoded", 0); }},
-      {"held_cache", "held cache", "all: the cache holds all that the held view needs; part: such a frame still decodes",
+      {"held_cache", "held cache",
+       "all: the cache holds all that the held view needs; part: such a frame still decodes",
        [](L l) {
          return from_render(l, "/held/cache_complete", [](const Row& complete) {
            return complete.is_null() ? "" : complete.get<bool>() ? "all" : "part";
          });
        }},
       {"frame_held_ms", "path; held ms",
-       "mean device time of a frame over the camera path, which begins with an empty cache; median of a frame of the held view "
+       "mean device time of a frame over the camera path, which begins with an empty cache; median of a "
+       "frame of the held view "
        "with the cache filled",
        path_and_held},
       {"published_frame_ms", "published ms",
@@ -168,7 +171,9 @@ std::span<const Metric> render_metrics() {
 
 const Metric* published_beside(const Metric& metric) {
   static constexpr std::array kTimesOfFrames{"frame_ms", "held_ms", "frame_held_ms"};
-  return std::ranges::find(kTimesOfFrames, metric.name) == kTimesOfFrames.end() ? nullptr : find_metric("published_frame_ms");
+  return std::ranges::find(kTimesOfFrames, metric.name) == kTimesOfFrames.end()
+             ? nullptr
+             : find_metric("published_frame_ms");
 }
 
 }  // namespace cvr::experiments

@@ -66,7 +66,8 @@ struct PictureErrors {
   double largest = 0, mse = 0;
 };
 
-void add_frame(const gpu::FrameResult& result, const std::string& series, const std::string& passes, std::vector<Sample>& samples) {
+void add_frame(const gpu::FrameResult& result, const std::string& series, const std::string& passes,
+               std::vector<Sample>& samples) {
   samples.push_back({series, result.gpu_seconds, result.host_seconds, result.incomplete});
   for (const gpu::PassTime& pass : result.passes) samples.push_back({passes + pass.name, pass.seconds, 0, 0});
 }
@@ -225,10 +226,9 @@ class RenderRun final : public StageRun {
     const gpu::ImageDifference from_raw = gpu::compare(truth.raw(shot), image);
     if (!from_raw.identical()) {
       throw StageFailure(
-          kFailed,
-          fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
-                      "differ, colours by up to {}",
-                      shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
+          kFailed, fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
+                               "differ, colours by up to {}",
+                               shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
     }
     const gpu::Image expected = truth.reference(shot);
     const gpu::LabelCheck check = truth.check(shot, expected, image);
@@ -330,7 +330,8 @@ class RenderRun final : public StageRun {
     held["cells_read"] = work["cells_read"];
     held["cells_decoded"] = work["cells_decoded"];
     held["bytes_touched"] = 4 * work["words_touched"];
-    held["cache_complete"] = has_cache() ? Row(frame.incomplete == 0 && work["cells_decoded"] == 0) : Row(nullptr);
+    held["cache_complete"] =
+        has_cache() ? Row(frame.incomplete == 0 && work["cells_decoded"] == 0) : Row(nullptr);
   }
 
   WorkerSpec spec_;

@@ -143,13 +143,17 @@ TEST_F(Render, NoUsableDeviceIsTheEnvironmentsFault) {
 
 TEST_F(Render, WithoutADriverTheErrorSaysWhatToInstall) {
   program_.write("empty.json", "");
-  program_.write("nowhere.json", R"({"file_format_version": "1.0.0", "ICD": {"library_path": "none.so", "api_version": "1.3.0"}})");
+  program_.write(
+      "nowhere.json",
+      R"({"file_format_version": "1.0.0", "ICD": {"library_path": "none.so", "api_version": "1.3.0"}})");
   for (const std::string file : {"empty.json", "nowhere.json", "nonexistent.json"}) {
-    const Variable old_name("VK_ICD_FILENAMES", program_ / file), new_name("VK_DRIVER_FILES", program_ / file);
+    const Variable old_name("VK_ICD_FILENAMES", program_ / file),
+        new_name("VK_DRIVER_FILES", program_ / file);
     for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
       const Outcome outcome = program_.run(command);
       EXPECT_EQ(outcome.exit_code, 3) << file << " " << command;
-      EXPECT_THAT(outcome.err, HasSubstr("cvrbench: no Vulkan device that can draw; ")) << file << " " << command;
+      EXPECT_THAT(outcome.err, HasSubstr("cvrbench: no Vulkan device that can draw; "))
+          << file << " " << command;
       EXPECT_THAT(outcome.err, HasSubstr("mesa-vulkan-drivers holds lavapipe")) << file << " " << command;
       EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
     }
@@ -158,9 +162,11 @@ TEST_F(Render, WithoutADriverTheErrorSaysWhatToInstall) {
 }
 
 TEST_F(Render, EachRejectedDeviceSaysWhy) {
-  program_.write("driver.json", R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" CVRBENCH_UNUSABLE_DRIVER
-                                R"(", "api_version": "1.3.0"}})");
-  const Variable old_name("VK_ICD_FILENAMES", program_ / "driver.json"), new_name("VK_DRIVER_FILES", program_ / "driver.json");
+  program_.write("driver.json",
+                 R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" CVRBENCH_UNUSABLE_DRIVER
+                 R"(", "api_version": "1.3.0"}})");
+  const Variable old_name("VK_ICD_FILENAMES", program_ / "driver.json"),
+      new_name("VK_DRIVER_FILES", program_ / "driver.json");
   const json list = json::parse(program_.run("list devices --json").out);
   ASSERT_EQ(list.size(), 2u);
   EXPECT_EQ(list[0]["rejected"], json::array({"Vulkan 1.1.5, expected 1.3"}));
@@ -169,8 +175,11 @@ TEST_F(Render, EachRejectedDeviceSaysWhy) {
   for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
     const Outcome outcome = program_.run(command);
     EXPECT_EQ(outcome.exit_code, 3) << command;
-    EXPECT_THAT(outcome.err, HasSubstr("no Vulkan device that can draw; device 0 (Old, discrete): Vulkan 1.1.5, expected 1.3; device 1 "
-                                       "(Bare, discrete): lacks the feature shaderBufferInt64Atomics, "))
+    EXPECT_THAT(
+        outcome.err,
+        HasSubstr(
+            "no Vulkan device that can draw; device 0 (Old, discrete): Vulkan 1.1.5, expected 1.3; device 1 "
+            "(Bare, discrete): lacks the feature shaderBufferInt64Atomics, "))
         << command;
     EXPECT_THAT(outcome.err, HasSubstr(", no compute queue with timestamps\n")) << command;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << command << ": " << outcome.err;
@@ -182,8 +191,9 @@ TEST_F(Render, EachRejectedDeviceSaysWhy) {
 
 TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
   program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: device-lost, codec: csgvr-sb}\n");
-  const Outcome outcome = program_.run("run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only cache=none "
-                                       "--only shading=local --set timeout_s=60");
+  const Outcome outcome = program_.run(
+      "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only cache=none "
+      "--only shading=local --set timeout_s=60");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
   const std::string name = json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
   const auto all = rows();
@@ -196,15 +206,19 @@ TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
       continue;
     }
     EXPECT_EQ(row["status"], "failed") << key;
-    const std::string passes = row["render"]["cache"] == "brick" ? "provision, assign, decode, render" : "render";
+    const std::string passes =
+        row["render"]["cache"] == "brick" ? "provision, assign, decode, render" : "render";
     EXPECT_THAT(row["reason"].get<std::string>(),
-                testing::AllOf(HasSubstr(name), HasSubstr("running the passes " + passes + ": vkWaitForFences: device lost (-4)")))
+                testing::AllOf(HasSubstr(name), HasSubstr("running the passes " + passes +
+                                                          ": vkWaitForFences: device lost (-4)")))
         << key;
     EXPECT_FALSE(row.contains("frames") || row.contains("held")) << key << ": a cell that failed has no time";
   }
   // A wrong picture is a finding about the codec, whatever the device does beside it.
   program_.write("g.yaml", std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
-  EXPECT_EQ(program_.run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local").exit_code, 1);
+  EXPECT_EQ(program_.run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
+                .exit_code,
+            1);
 }
 
 TEST_F(Render, ListsAccessModesAndDevices) {
@@ -233,7 +247,8 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
       continue;
     }
     ASSERT_EQ(row["status"], "ok") << key << row["reason"];
-    EXPECT_EQ(row["verification"]["pixels_compared"], (3 + 1) * 96 * 54) << key << ": three views and a held frame";
+    EXPECT_EQ(row["verification"]["pixels_compared"], (3 + 1) * 96 * 54)
+        << key << ": three views and a held frame";
     EXPECT_EQ(row["verification"]["label_mismatches"], 0) << key;
     EXPECT_EQ(row["verification"]["mismatches"], 0) << key;
     const std::size_t samples = row["render"]["ao_samples"];
@@ -260,7 +275,8 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
       EXPECT_TRUE(held["cache_complete"].is_null()) << key;
       EXPECT_EQ(held["cells_decoded"], held["cells_read"]) << key;
     } else {
-      EXPECT_LE(held["cells_decoded"].get<double>(), 0.01 * held["cells_read"].get<double>()) << key << ": the cache is filled";
+      EXPECT_LE(held["cells_decoded"].get<double>(), 0.01 * held["cells_read"].get<double>())
+          << key << ": the cache is filled";
       EXPECT_EQ(held["cache_complete"], held["cells_decoded"] == 0) << key;
     }
     ASSERT_EQ(row["jump"]["frames"].size(), 2u);
@@ -313,7 +329,8 @@ tables:
     EXPECT_EQ(row["verification"]["pixels_compared"], (small ? 3 : 4) * 64 * 40) << row["key"];
   }
   EXPECT_THAT(program_.read("o/tables/t.csv"), testing::ContainsRegex("brick,1,[0-9.e+]+; [0-9.e+]+,part,"));
-  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::ContainsRegex("brick,16,[0-9.e+]+; [0-9.e+]+,all,0,0,ok"));
+  EXPECT_THAT(program_.read("o/tables/t.csv"),
+              testing::ContainsRegex("brick,16,[0-9.e+]+; [0-9.e+]+,all,0,0,ok"));
 }
 
 TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {

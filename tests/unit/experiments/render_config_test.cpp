@@ -85,8 +85,10 @@ TEST_F(RenderConfig, HeldFramesAreThoseOfOneKey) {
   const std::string keys = scene_line() + "    caches: [none]\n";
   EXPECT_EQ(load(keys).cells[0].render->held_frames, 0u);
   EXPECT_EQ(load(keys + "    held_frames: 1000\n").cells[0].render->held_frames, 1000u);
-  EXPECT_THAT(error(keys + "    held_frames: 1001\n"), HasSubstr("c.yaml:7:18: expected an integer in 0..1000"));
-  const std::string three = "title: S\nmaterials: [{}]\nkeys: [{eye: [0, 0, 2]}, {eye: [0, 1, 2]}, {eye: [0, 2, 2]}]\n";
+  EXPECT_THAT(error(keys + "    held_frames: 1001\n"),
+              HasSubstr("c.yaml:7:18: expected an integer in 0..1000"));
+  const std::string three =
+      "title: S\nmaterials: [{}]\nkeys: [{eye: [0, 0, 2]}, {eye: [0, 1, 2]}, {eye: [0, 2, 2]}]\n";
   EXPECT_EQ(load_scene(folder_.write("first.yaml", three)).held, 0u);
   const gpu::Scene last = load_scene(folder_.write("last.yaml", three + "held: 2\n"));
   EXPECT_EQ(last.path.at(last.path.part_of(last.held)), last.path.keys()[2]);

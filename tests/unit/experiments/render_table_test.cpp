@@ -107,7 +107,8 @@ TEST(RenderMetrics, ReadTheRow) {
 }
 
 TEST(RenderMetrics, HeldFramesStandBesideThePath) {
-  Row row = Row::parse(R"({"status": "ok", "frames": {"mean_ms": 12.3456}, "held": {"median_ms": 1.5, "mean_ms": 2, "p95_ms": 4,
+  Row row = Row::parse(
+      R"({"status": "ok", "frames": {"mean_ms": 12.3456}, "held": {"median_ms": 1.5, "mean_ms": 2, "p95_ms": 4,
     "count": 5, "incomplete": {"largest": 3}, "cells_decoded": 20, "cache_complete": false}})");
   EXPECT_EQ(text_of("held_ms", row), "1.5");
   EXPECT_EQ(text_of("held_mean_ms", row), "2");
