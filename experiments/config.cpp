@@ -240,9 +240,9 @@ TestFault read_fault(const YamlValue& value) {
   value.fields({{"fault",
                  [&](const YamlValue& v) {
                    fault.fault = v.text();
-                   static constexpr std::array kFaults{"crash", "hang", "oom", "mismatch"};
+                   static constexpr std::array kFaults{"crash", "hang", "oom", "mismatch", "device-lost"};
                    if (std::ranges::find(kFaults, fault.fault) == kFaults.end())
-                     v.expected("crash, hang, oom or mismatch");
+                     v.expected("crash, hang, oom, mismatch or device-lost");
                  },
                  true},
                 {"codec", [&](const YamlValue& v) { fault.codec = v.text(); }},

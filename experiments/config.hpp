@@ -22,6 +22,8 @@
 //       lod_bias: 0 or a list  default: the scene's own                         ao_samples: 1 or a list; frames a camera, averaged
 //       size: [W, H]   frames: N           default: the scene's own             brick: 32, of codecs without bricks of their own
 //       jump_frames: 8         frames compared with the truth after a camera jump; default none
+//       held_frames: 5         0 .. 1000 frames of the scene's held view, timed in each round after the path once the picture is exact and
+//                              the cache filled; each is drawn anew as a first frame is; default 0, none
 //       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
@@ -30,7 +32,7 @@
 //       render, any other about the rest.
 //       pivot: {columns: [LABEL, ...], metric: METRIC}      in place of `columns`: one column for each combination of the labels,
 //                                                           each cell "measured (published)"
-//   test_fault: {fault: crash|hang|oom|mismatch, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
+//   test_fault: {fault: crash|hang|oom|mismatch|device-lost, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
 #pragma once
 
 #include <cstdint>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 
 namespace cvr::experiments {
 
@@ -29,15 +30,14 @@ Row describe_incomplete(std::span<const std::uint64_t> counts) {
   return {{"first", counts.front()}, {"median", quantile(ascending, 0.5)}, {"largest", ascending.back()}};
 }
 
-}  // namespace
-
-Row describe_frames(const Measured& measured) {
-  const auto frames = std::ranges::find(measured.series, "frame", &Measured::Series::name);
+/// What the frames of the path and those of the held view have in common; null without frames. `passes` begins their passes' series.
+Row describe_series(const Measured& measured, const std::string& name, const std::string& passes) {
+  const auto frames = std::ranges::find(measured.series, name, &Measured::Series::name);
+  if (frames == measured.series.end()) return nullptr;
   const std::span<const double> all = frames->wall_seconds;
   const std::size_t count = all.size() / measured.rounds;
   const std::size_t warm = measured.rounds > 1 ? count : 0;  // where the later rounds begin
   const auto ms = ascending_ms(all.subspan(warm));
-  std::vector<double> first_of_round;
   Row row;
   row["count"] = count;
   row["rounds"] = measured.rounds;
@@ -45,17 +45,13 @@ Row describe_frames(const Measured& measured) {
   row["median_ms"] = quantile(ms, 0.5);
   row["p95_ms"] = quantile(ms, 0.95);
   row["p99_ms"] = quantile(ms, 0.99);
-  row["first_round_mean_ms"] = kMs * mean_of(all.first(count));
-  for (std::size_t at = 0; at < all.size(); at += count) first_of_round.push_back(all[at]);
-  row["first_frame_ms"] = quantile(ascending_ms(first_of_round), 0.5);
-  row["first"] = Row::array();
-  for (std::size_t i = 0; i < std::min(count, kFirstFrames); ++i) row["first"].push_back(kMs * all[i]);
   for (const Measured::Series& series : measured.series) {
-    if (!series.name.starts_with("pass/")) continue;
+    if (!series.name.starts_with(passes)) continue;
     const std::size_t later = std::min(warm, series.wall_seconds.size());
     const auto pass = ascending_ms(std::span(series.wall_seconds).subspan(later));
     if (pass.empty()) continue;
-    row["passes"][series.name.substr(5)] = {{"median_ms", quantile(pass, 0.5)}, {"mean_ms", mean_of(pass)}};
+    row["passes"][series.name.substr(passes.size())] = {{"median_ms", quantile(pass, 0.5)},
+                                                        {"mean_ms", mean_of(pass)}};
   }
   row["host_median_ms"] = quantile(ascending_ms(std::span(frames->cpu_seconds).subspan(warm)), 0.5);
   row["incomplete"] = describe_incomplete(frames->counts);
@@ -67,5 +63,23 @@ Row describe_frames(const Measured& measured) {
   }
   return row;
 }
+
+}  // namespace
+
+Row describe_frames(const Measured& measured) {
+  Row row = describe_series(measured, "frame", "pass/");
+  std::vector<double> first_of_round;
+  for (const Row& round : row["ms"]) first_of_round.push_back(round[0].get<double>());
+  std::ranges::sort(first_of_round);
+  const auto first_round = row["ms"][0].get<std::vector<double>>();
+  row["first_round_mean_ms"] = mean_of(first_round);
+  row["first_frame_ms"] = quantile(first_of_round, 0.5);
+  row["first"] = Row::array();
+  for (const double ms : std::span(first_round).first(std::min(first_round.size(), kFirstFrames)))
+    row["first"].push_back(ms);
+  return row;
+}
+
+Row describe_held_frames(const Measured& measured) { return describe_series(measured, "held", "held-pass/"); }
 
 }  // namespace cvr::experiments

@@ -1,12 +1,15 @@
-// The "frames" of a row of the render stage, from the samples of its rounds.
+// The "frames" and the "held" of a row of the render stage, from the samples of its rounds. Milliseconds of the device; statistics
+// are those of the rounds after the first, which also warms the machine up, where there are any.
 #pragma once
 
 #include "experiments/row_building.hpp"
 
 namespace cvr::experiments {
 
-/// Milliseconds of the device. Each round is the camera path from an empty cache; the first also warms the machine up, so mean,
-/// median and the high quantiles are those of the later rounds where there are any, and the first round's mean stands apart.
+/// Each round is the camera path from an empty cache. The first round's mean stands apart, and so do the first frames.
 Row describe_frames(const Measured& measured);
+
+/// Frames of one view with the cache filled; null where none were drawn.
+Row describe_held_frames(const Measured& measured);
 
 }  // namespace cvr::experiments

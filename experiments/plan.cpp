@@ -40,7 +40,8 @@ void expect_from_model(const Config& config, PlannedCell& planned) {
   const auto rounds = static_cast<double>(config.rounds);
   if (const auto& render = planned.cell.render) {
     const std::uint64_t pixels = std::uint64_t{render->width} * render->height;
-    const double frames = kModelCheckFrames + (rounds + 1) * render->frames * render->ao_samples;
+    const double frames =
+        kModelCheckFrames + (rounds + 1) * (render->frames * render->ao_samples + render->held_frames);
     planned.expected_seconds = 4 + frames * static_cast<double>(pixels) / kModelPixelsPerSecond;
     // Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of the counting renderer.
     planned.expected_memory = 4 * info.bytes() + 8 * info.extent.voxels() + (render->cache_mib << 21) +

@@ -15,7 +15,8 @@ namespace cvr::experiments {
 namespace {
 
 constexpr std::uint64_t kMostMib = std::uint64_t{1} << 20;
-constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536, kMostJumpFrames = 64;
+constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536, kMostJumpFrames = 64,
+                        kMostHeldFrames = 1000;
 
 std::vector<std::string> cache_ids() {
   std::vector<std::string> ids;
@@ -102,6 +103,7 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
          if (!std::has_single_bit(brick_)) v.expected("a power of two from 2 to 64");
        }},
       {"jump_frames", [this](const YamlValue& v) { jump_frames_ = read_count(v, 1, kMostJumpFrames); }},
+      {"held_frames", [this](const YamlValue& v) { held_frames_ = read_count(v, 0, kMostHeldFrames); }},
       {"picture_error", [this](const YamlValue& v) { picture_error_ = v.integer(0, 1) == 1; }}};
   std::vector<YamlValue::Field> noted;
   for (const YamlValue::Field& field : plain) {
@@ -138,6 +140,7 @@ RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& acces
   choice.ao_samples = shading == gpu::Shading::kAo ? samples : 1;
   choice.brick = brick_;
   choice.jump_frames = jump_frames_;
+  choice.held_frames = held_frames_;
   choice.picture_error = picture_error_;
   return choice;
 }

@@ -20,9 +20,10 @@ std::string cache_text(const RenderChoice& choice) {
 }  // namespace
 
 std::string RenderChoice::key() const {
-  return fmt::format("{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|error={}",
-                     scene, access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias,
-                     ao_samples, brick, jump_frames, picture_error ? 1 : 0);
+  return fmt::format(
+      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}", scene,
+      access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
+      jump_frames, held_frames, picture_error ? 1 : 0);
 }
 
 std::string RenderChoice::identity() const {
@@ -64,6 +65,7 @@ Row to_row(const RenderChoice& choice) {
   row["ao_samples"] = choice.ao_samples;
   row["brick"] = choice.brick;
   row["jump_frames"] = choice.jump_frames;
+  row["held_frames"] = choice.held_frames;
   row["picture_error"] = choice.picture_error;
   row["device"] = choice.device;
   return row;
@@ -84,6 +86,7 @@ RenderChoice render_choice_from_row(const Row& row) {
   choice.ao_samples = row.at("ao_samples").get<std::uint32_t>();
   choice.brick = row.at("brick").get<std::uint32_t>();
   choice.jump_frames = row.at("jump_frames").get<std::uint32_t>();
+  choice.held_frames = row.at("held_frames").get<std::uint32_t>();
   choice.picture_error = row.at("picture_error").get<bool>();
   choice.device = row.at("device").get<std::string>();
   return choice;

@@ -33,6 +33,7 @@ struct RenderChoice {
   std::uint32_t ao_samples = 1;   ///< frames drawn of each camera and averaged
   std::uint32_t brick = 32;       ///< edge of the bricks that the codec has, or is given
   std::uint32_t jump_frames = 0;  ///< frames compared after a camera jump; 0: none
+  std::uint32_t held_frames = 0;  ///< timed of the scene's held view, once its cache is filled; 0: none
   bool picture_error = false;     ///< compare with the picture of level bias 0 and many samples
   std::string device;             ///< as the user names it; empty: the renderer's own choice
   bool operator==(const RenderChoice&) const = default;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <functional>
 
 namespace cvr::experiments {
@@ -28,9 +30,20 @@ std::string number(L line, const char* pointer, int digits, double factor = 1) {
 }
 
 /// Four significant digits: frames take from microseconds to seconds.
+std::string milliseconds(const Row& value) { return fmt::format("{:.4g}", value.get<double>()); }
+
 std::string milliseconds(L line, const char* pointer) {
-  return from_render(line, pointer,
-                     [](const Row& value) { return fmt::format("{:.4g}", value.get<double>()); });
+  return from_render(line, pointer, [](const Row& value) { return milliseconds(value); });
+}
+
+/// "path; held", or the path's alone.
+std::string path_and_held(L line) {
+  return from_render(line, "", [](const Row& row) {
+    const Pointer held("/held/median_ms");
+    std::string text = milliseconds(row.at(Pointer("/frames/mean_ms")));
+    if (row.contains(held)) text += "; " + milliseconds(row.at(held));
+    return text;
+  });
 }
 
 /// A PSNR has no number where the pictures are equal.
@@ -73,6 +86,32 @@ std::span<const Metric> render_metrics() {
       {"host_ms", "host ms",
        "median wall time of a frame as the program sees it: recording, submission, device, waiting",
        [](L l) { return milliseconds(l, "/frames/host_median_ms"); }},
+      {"held_ms", "held ms",
+       "median device time of a frame of the scene's held view, drawn anew each time, with the cache filled",
+       [](L l) { return milliseconds(l, "/held/median_ms"); }},
+      {"held_mean_ms", "held mean ms", "mean device time of such a frame",
+       [](L l) { return milliseconds(l, "/held/mean_ms"); }},
+      {"held_p95_ms", "held p95 ms", "95 % of these frames take at most this long",
+       [](L l) { return milliseconds(l, "/held/p95_ms"); }},
+      {"held_frames", "held frames", "frames of the held view a round",
+       [](L l) { return number(l, "/held/count", 0); }},
+      {"held_incomplete", "held incomplete px", "most pixels of one of these frames that met a placeholder",
+       [](L l) { return number(l, "/held/incomplete/largest", 0); }},
+      {"held_cells_decoded", "held decoded",
+       "labels decoded for one of these frames, in the marcher and for the cache",
+       [](L l) { return number(l, "/held/cells_decoded", 0); }},
+      {"held_cache", "held cache",
+       "all: the cache holds all that the held view needs; part: such a frame still decodes",
+       [](L l) {
+         return from_render(l, "/held/cache_complete", [](const Row& complete) {
+           return complete.is_null() ? "" : complete.get<bool>() ? "all" : "part";
+         });
+       }},
+      {"frame_held_ms", "path; held ms",
+       "mean device time of a frame over the camera path, which begins with an empty cache; median of a "
+       "frame of the held view "
+       "with the cache filled",
+       path_and_held},
       {"published_frame_ms", "published ms",
        "the mean ms a frame that the publication states, on its GPU and its volume",
        [](L l) {
@@ -128,6 +167,13 @@ std::span<const Metric> render_metrics() {
       {"start_s", "start s", "upload, compiling the kernels, and the scene's first pass", start_seconds},
   };
   return kMetrics;
+}
+
+const Metric* published_beside(const Metric& metric) {
+  static constexpr std::array kTimesOfFrames{"frame_ms", "held_ms", "frame_held_ms"};
+  return std::ranges::find(kTimesOfFrames, metric.name) == kTimesOfFrames.end()
+             ? nullptr
+             : find_metric("published_frame_ms");
 }
 
 }  // namespace cvr::experiments

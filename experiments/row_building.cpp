@@ -107,6 +107,7 @@ void add_times(const PlannedCell& planned, const Measured& measured, const std::
     time["cpu_seconds"] = describe(series.cpu_seconds);
     if (planned.cell.stage == Stage::kRender) {
       row["frames"] = describe_frames(measured);
+      if (const Row held = describe_held_frames(measured); !held.is_null()) row["held"].update(held);
       return;
     }
     const double median = time["seconds"]["median"].get<double>();

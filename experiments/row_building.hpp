@@ -32,7 +32,7 @@ struct Measured {
 Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& provenance,
               const std::string& config_hash, std::string_view status, const std::string& reason);
 
-/// "time" and, for random access, "access", for the stage render "frames".
+/// "time" and, for random access, "access", for the stage render "frames" and what "held" has of times.
 void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop, Row& row);
 
 }  // namespace cvr::experiments

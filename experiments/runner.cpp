@@ -289,6 +289,7 @@ class Runner {
       end_without_measurement(*one.planned, kTimeout,
                               fmt::format("{} took longer than {} s", when, config_.timeout_s));
     } else if (outcome == WorkerProcess::Wait::kMessage) {
+      if (message.value("environment", false)) ++summary_.environment_failures;
       end_without_measurement(*one.planned, message.value("status", std::string(kFailed)),
                               message.value("reason", "an answer that is none"));
     } else if (end.signal == SIGKILL && !one.worker->killed()) {

@@ -35,6 +35,7 @@ struct RunOptions {
 struct RunSummary {
   std::size_t total = 0, skipped = 0;
   std::map<std::string, std::size_t> by_status;
+  std::size_t environment_failures = 0;  ///< failed cells whose device was lost or had no memory left: nothing is said of the codec
   bool interrupted = false;
 };
 

@@ -134,6 +134,7 @@ gpu::Scene load_scene(const std::string& path) {
   gpu::Scene scene;
   scene.name = fs::path(path).stem().string();
   std::vector<gpu::Camera> keys;
+  std::optional<YamlValue> held;
   const YamlValue root = YamlValue::from_file(path);
   root.fields({
       {"title", [&](const YamlValue& v) { scene.title = v.text("a title"); }, true},
@@ -144,6 +145,7 @@ gpu::Scene load_scene(const std::string& path) {
        true},
       {"frames",
        [&](const YamlValue& v) { scene.frames = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
+      {"held", [&](const YamlValue& v) { held = v; }},
       {"size", [&](const YamlValue& v) { read_size(v, scene); }},
       {"materials",
        [&](const YamlValue& v) {
@@ -159,6 +161,7 @@ gpu::Scene load_scene(const std::string& path) {
        [&](const YamlValue& v) { scene.accumulate = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
       {"background", [&](const YamlValue& v) { scene.background = read_colour(v); }},
   });
+  if (held) scene.held = static_cast<std::uint32_t>(held->integer(0, keys.size() - 1));
   scene.path = gpu::CameraPath(std::move(keys));
   check_path(scene, root);
   return scene;

@@ -5,6 +5,7 @@
 //     - {eye: [x, y, z], target: [0, 0, 0], up: [0, 1, 0], fov: 45}       eye is required; scene space (gpu/IMAGE.md);
 //                                                                        fov is vertical, in degrees
 //   frames: 64                 of the path
+//   held: 0                    number of the key, from 0, where the camera stands still for held frames
 //   size: [640, 360]           of the picture in pixels
 //   materials:                 the first rule that fits a label counts; a label that none fits is invisible
 //     - labels: all | N | [FIRST, LAST]        both included; default all

@@ -10,6 +10,7 @@
 #include "experiments/metrics.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/published.hpp"
+#include "experiments/render_metrics.hpp"
 
 namespace cvr::experiments {
 
@@ -130,7 +131,7 @@ std::string explain_columns(const TableSpec& spec) {
   std::string text = "Columns: ";
   if (spec.pivot) {
     const Metric* metric = find_metric(spec.pivot->metric);
-    const std::string_view published = spec.published_file.empty() || metric->name != "frame_ms"
+    const std::string_view published = spec.published_file.empty() || published_beside(*metric) == nullptr
                                            ? ""
                                            : ", and in parentheses what the publication states";
     return fmt::format("Cells: **{}** {}{}. Columns: {}.", metric->heading, metric->description, published,
@@ -261,6 +262,7 @@ std::vector<std::vector<std::string>> combinations(const std::vector<TableLine>&
 void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
                 Table& table) {
   const Metric& metric = *find_metric(spec.pivot->metric);
+  const Metric* beside = published_beside(metric);
   const auto columns = combinations(lines, spec.pivot->columns);
   const auto labels = combinations(lines, spec.rows);
   for (const auto& column : columns) table.headings.push_back(fmt::format("{}", fmt::join(column, " ")));
@@ -278,9 +280,7 @@ void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, cons
     std::string& cell = table.lines[place_of(labels, *line.cell, spec.rows)]
                                    [spec.rows.size() + place_of(columns, *line.cell, spec.pivot->columns)];
     std::string text = metric.text(context);
-    if (const std::string stated =
-            metric.name == "frame_ms" ? find_metric("published_frame_ms")->text(context) : "";
-        !stated.empty())
+    if (const std::string stated = beside == nullptr ? "" : beside->text(context); !stated.empty())
       text += fmt::format("{}({})", text.empty() ? "" : " ", stated);
     if (!text.empty()) cell += (cell.empty() ? "" : " / ") + text;
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "experiments/stages/stage.hpp"
+#include "gpu/vulkan/device.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::experiments {
@@ -77,8 +78,8 @@ void serve(const WorkerSpec& spec, std::istream& in, std::ostream& out) {
 }  // namespace
 
 int serve_worker(std::istream& in, std::ostream& out) {
-  const auto failure = [&out](std::string_view status, std::string_view reason) {
-    send(out, {{"event", "failure"}, {"status", status}, {"reason", reason}});
+  const auto failure = [&out](std::string_view status, std::string_view reason, bool environment = false) {
+    send(out, {{"event", "failure"}, {"status", status}, {"reason", reason}, {"environment", environment}});
     return 1;
   };
   try {
@@ -92,6 +93,8 @@ int serve_worker(std::istream& in, std::ostream& out) {
     return failure(error.status(), error.what());
   } catch (const std::bad_alloc&) {
     return failure(kOutOfMemory, "an allocation failed within the memory limit");
+  } catch (const gpu::DeviceError& error) {
+    return failure(kFailed, error.what(), true);
   } catch (const std::exception& error) {
     return failure(kFailed, error.what());
   }

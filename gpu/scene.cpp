@@ -54,6 +54,10 @@ std::array<std::uint8_t, 3> label_colour(std::uint64_t label) {
 
 }  // namespace
 
+double CameraPath::part_of(std::size_t key) const {
+  return keys_.size() > 1 ? static_cast<double>(key) / static_cast<double>(keys_.size() - 1) : 0;
+}
+
 Camera CameraPath::at(double part) const {
   if (keys_.size() == 1) return keys_.front();
   const std::size_t last = keys_.size() - 1;

@@ -32,6 +32,8 @@ class CameraPath {
   const std::vector<Camera>& keys() const { return keys_; }
   /// The camera at a part in [0, 1] of the path. At least one key.
   Camera at(double part) const;
+  /// The part at which the camera passes a key, by its number from 0.
+  double part_of(std::size_t key) const;
 
  private:
   std::vector<Camera> keys_;
@@ -70,6 +72,7 @@ struct Scene {
   std::string name, title;
   CameraPath path;
   std::uint32_t frames = 64;  ///< of the path
+  std::uint32_t held = 0;     ///< number of the key where the camera stands still when a view is held
   std::uint32_t width = 640, height = 360;
   std::vector<MaterialRule> materials;   ///< of label volumes
   std::vector<TransferPoint> transfer;   ///< of scalar volumes

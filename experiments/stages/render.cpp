@@ -5,8 +5,10 @@
 // may be one, and one more in every 10^5 pixels. Colours may differ from the reference's in one pixel of 10^4. What is counted (cells read and decoded, words touched) comes from a second
 // renderer, whose kernels count; the timed one does not.
 //
-// A round is the camera path once, from an empty cache: for each camera ao_samples frames. Times are those of the device's
-// timestamps, pass by pass.
+// A round is the camera path once, from an empty cache: for each camera ao_samples frames. Then, where held_frames are asked for, the
+// camera stands still at the scene's held view: the picture is settled, kFillingFrames more frames let the cache take in what was pushed
+// out by others on the way, and the held frames are timed. Each starts anew with the first sample, so all trace the same rays.
+// Times are those of the device's timestamps, pass by pass.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,6 +36,7 @@ constexpr double kNearTiesAllowed = 1e-5;  ///< of the pixels
 constexpr double kOtherColoursAllowed =
     1e-4;  ///< of the pixels: secondary rays have near-ties that nobody looks for
 constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
+constexpr std::uint32_t kFillingFrames = 2;
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
@@ -55,6 +58,18 @@ std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
 /// One pixel may always differ: of a small picture it is more than its share.
 std::uint64_t allowed(double share, std::uint64_t pixels) {
   return 1 + static_cast<std::uint64_t>(share * static_cast<double>(pixels));
+}
+
+/// What the comparison of pictures with the reference has found, all pictures together.
+struct PictureErrors {
+  std::uint64_t pixels = 0, differing = 0, near_ties = 0, colours = 0;
+  double largest = 0, mse = 0;
+};
+
+void add_frame(const gpu::FrameResult& result, const std::string& series, const std::string& passes,
+               std::vector<Sample>& samples) {
+  samples.push_back({series, result.gpu_seconds, result.host_seconds, result.incomplete});
+  for (const gpu::PassTime& pass : result.passes) samples.push_back({passes + pass.name, pass.seconds, 0, 0});
 }
 
 class RenderRun final : public StageRun {
@@ -99,24 +114,38 @@ class RenderRun final : public StageRun {
     std::vector<Sample> samples(1);
     const Stopwatch watch;
     renderer_->clear_cache();
+    if (spec_.fault == "device-lost") device_->lose_on_purpose();
     double seconds = 0;
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
       for (std::uint32_t sample = 0; sample < choice_.ao_samples; ++sample) {
         const gpu::FrameResult result = renderer_->render(camera_of(frame), sample == 0);
-        samples.push_back({"frame", result.gpu_seconds, result.host_seconds, result.incomplete});
-        for (const gpu::PassTime& pass : result.passes)
-          samples.push_back({"pass/" + pass.name, pass.seconds, 0, 0});
+        add_frame(result, "frame", "pass/", samples);
         seconds += result.gpu_seconds;
       }
     }
     samples.front() = watch.lap("path", std::uint64_t{scene_.frames} * choice_.ao_samples);
     samples.front().wall_seconds = seconds;
+    if (choice_.held_frames > 0) fill_cache(*renderer_);
+    for (std::uint32_t frame = 0; frame < choice_.held_frames; ++frame)
+      add_frame(renderer_->render(held_camera()), "held", "held-pass/", samples);
     return samples;
   }
 
  private:
   gpu::Camera camera_of(std::uint32_t frame) const {
     return scene_.path.at(scene_.frames > 1 ? static_cast<double>(frame) / (scene_.frames - 1) : 0);
+  }
+
+  bool has_cache() const { return gpu::find_cache(choice_.access)->sized; }
+
+  Shot held_shot() const { return {scene_.path.part_of(scene_.held), 1, scene_.lod_bias}; }
+  gpu::Camera held_camera() const { return scene_.path.at(held_shot().part); }
+
+  /// Draws the held view until the cache, if there is one, has what it can hold of it.
+  void fill_cache(gpu::Renderer& renderer) const {
+    if (!has_cache()) return;
+    renderer.settle(held_camera());
+    for (std::uint32_t frame = 0; frame < kFillingFrames; ++frame) renderer.render(held_camera());
   }
 
   std::unique_ptr<gpu::Renderer> make_renderer(const codecs::GpuEncoding& encoding, bool instrumented) {
@@ -155,30 +184,15 @@ class RenderRun final : public StageRun {
 
   void check_pictures(RenderTruth& truth, Row& parts) {
     const std::uint32_t samples = std::min(choice_.ao_samples, kCheckedSamples);
-    std::uint64_t pixels = 0, differing = 0, near_ties = 0, frames = 0, colours = 0;
-    double largest = 0, mse = 0;
+    std::uint64_t frames = 0;
+    PictureErrors errors;
     for (const double part : kCheckedParts) {
       const Shot shot{part, samples, scene_.lod_bias};
       frames = std::max<std::uint64_t>(frames, settle(shot).frames);
-      const gpu::Image image = renderer_->read_image();
-      const gpu::ImageDifference from_raw = gpu::compare(truth.raw(shot), image);
-      if (!from_raw.identical()) {
-        throw StageFailure(
-            kFailed,
-            fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
-                        "differ, colours by up to {}",
-                        part, from_raw.labels, from_raw.pixels, from_raw.largest));
-      }
-      const gpu::Image expected = truth.reference(shot);
-      const gpu::LabelCheck check = truth.check(shot, expected, image);
-      const gpu::ImageDifference difference = gpu::compare(expected, image);
-      pixels += image.pixels();
-      differing += check.differing;
-      near_ties += check.near_ties;
-      colours += count_other_colours(expected, image);
-      largest = std::max(largest, difference.largest);
-      mse = std::max(mse, difference.mse);
+      compare_picture(truth, shot, errors);
     }
+    if (choice_.held_frames > 0) check_held(truth, errors, parts);
+    const auto& [pixels, differing, near_ties, colours, largest, mse] = errors;
     if (differing > near_ties) {
       throw StageFailure(
           kFailed,
@@ -204,6 +218,40 @@ class RenderRun final : public StageRun {
     verification["psnr_db"] = mse > 0 ? Row(-10 * std::log10(mse)) : Row(nullptr);
     verification["largest_difference"] = largest;
     parts["exact_after_frames"] = frames;
+  }
+
+  /// The picture that the renderer holds.
+  void compare_picture(RenderTruth& truth, const Shot& shot, PictureErrors& errors) {
+    const gpu::Image image = renderer_->read_image();
+    const gpu::ImageDifference from_raw = gpu::compare(truth.raw(shot), image);
+    if (!from_raw.identical()) {
+      throw StageFailure(
+          kFailed, fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
+                               "differ, colours by up to {}",
+                               shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
+    }
+    const gpu::Image expected = truth.reference(shot);
+    const gpu::LabelCheck check = truth.check(shot, expected, image);
+    const gpu::ImageDifference difference = gpu::compare(expected, image);
+    errors.pixels += image.pixels();
+    errors.differing += check.differing;
+    errors.near_ties += check.near_ties;
+    errors.colours += count_other_colours(expected, image);
+    errors.largest = std::max(errors.largest, difference.largest);
+    errors.mse = std::max(errors.mse, difference.mse);
+  }
+
+  /// A frame of the held view as it is timed: drawn whole from the filled cache. Where the cache is too small for that, some pixels
+  /// stay incomplete, and the row says how many.
+  void check_held(RenderTruth& truth, PictureErrors& errors, Row& parts) {
+    const gpu::Settled settled = settle(held_shot());
+    fill_cache(*renderer_);
+    const gpu::FrameResult frame = renderer_->render(held_camera());
+    Row& held = parts["held"];
+    held["key"] = scene_.held;
+    held["exact_after_frames"] = settled.frames;
+    held["compared"] = frame.incomplete == 0;
+    if (frame.incomplete == 0) compare_picture(truth, held_shot(), errors);
   }
 
   /// The first frames after the camera has jumped to a view that the cache has not seen, compared with the truth.
@@ -269,6 +317,21 @@ class RenderRun final : public StageRun {
     counting->clear_counters();
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(camera_of(frame));
     for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
+    if (choice_.held_frames > 0) count_held(*counting, parts["held"]);
+  }
+
+  /// What a frame of the held view still reads and decodes, once the cache is filled.
+  void count_held(gpu::Renderer& counting, Row& held) const {
+    fill_cache(counting);
+    counting.clear_counters();
+    const gpu::FrameResult frame = counting.render(held_camera());
+    std::map<std::string, std::uint64_t> work;
+    for (const auto& [name, count] : counting.read_counters()) work[name] = count;
+    held["cells_read"] = work["cells_read"];
+    held["cells_decoded"] = work["cells_decoded"];
+    held["bytes_touched"] = 4 * work["words_touched"];
+    held["cache_complete"] =
+        has_cache() ? Row(frame.incomplete == 0 && work["cells_decoded"] == 0) : Row(nullptr);
   }
 
   WorkerSpec spec_;

@@ -1,16 +1,11 @@
 #include "gpu/vulkan/commands.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 
 namespace cvr::gpu {
-
-namespace {
-
-constexpr std::uint64_t kWaitNanoseconds = std::uint64_t{600} * 1000 * 1000 * 1000;
-
-}  // namespace
 
 Kernel::Kernel(Device& device, const Commands& commands, const KernelSource& source) : device_(device) {
   const auto start = std::chrono::steady_clock::now();
@@ -81,13 +76,10 @@ Commands::Commands(Device& device, std::uint32_t uniform_bytes) : device_(device
                                            .queryType = VK_QUERY_TYPE_TIMESTAMP,
                                            .queryCount = kMostPasses + 1};
   check(vkCreateQueryPool(device.handle(), &queries_info, nullptr, &queries_), "vkCreateQueryPool");
-  const VkFenceCreateInfo fence_info{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
-  check(vkCreateFence(device.handle(), &fence_info, nullptr, &fence_), "vkCreateFence");
 }
 
 Commands::~Commands() {
   vkDeviceWaitIdle(device_.handle());
-  vkDestroyFence(device_.handle(), fence_, nullptr);
   vkDestroyQueryPool(device_.handle(), queries_, nullptr);
   vkDestroyCommandPool(device_.handle(), pool_, nullptr);
   vkDestroyDescriptorPool(device_.handle(), descriptors_, nullptr);
@@ -163,10 +155,7 @@ std::vector<PassTime> Commands::submit() {
       .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
   vkCmdPipelineBarrier2(commands_, &dependency);
   check(vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
-  const VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands_};
-  check(vkQueueSubmit(device_.queue(), 1, &info, fence_), "vkQueueSubmit");
-  check(vkWaitForFences(device_.handle(), 1, &fence_, VK_TRUE, kWaitNanoseconds), "vkWaitForFences");
-  check(vkResetFences(device_.handle(), 1, &fence_), "vkResetFences");
+  device_.run(commands_, passes_.empty() ? "no pass" : fmt::format("the passes {}", fmt::join(passes_, ", ")));
   std::vector<std::uint64_t> ticks(passes_.size() + 1);
   check(vkGetQueryPoolResults(device_.handle(), queries_, 0, static_cast<std::uint32_t>(ticks.size()), ticks.size() * 8, ticks.data(), 8,
                               VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),

@@ -11,6 +11,7 @@ namespace cvr::gpu {
 namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+constexpr std::uint64_t kWaitNanoseconds = std::uint64_t{600} * 1000 * 1000 * 1000;
 
 VKAPI_ATTR VkBool32 VKAPI_CALL collect_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                                const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
@@ -273,6 +274,8 @@ Device::Device(const DeviceOptions& options) {
                                   .pQueueCreateInfos = &queue};
     check(vkCreateDevice(physical_, &info, nullptr, &device_), "vkCreateDevice");
     vkGetDeviceQueue(device_, family_, 0, &queue_);
+    const VkFenceCreateInfo fence{.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    check(vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
   } catch (...) {
     close();
     throw;
@@ -281,7 +284,20 @@ Device::Device(const DeviceOptions& options) {
 
 Device::~Device() { close(); }
 
+void Device::run(VkCommandBuffer commands, const std::string& what) {
+  const VkSubmitInfo info{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands};
+  try {
+    check(vkResetFences(device_, 1, &fence_), "vkResetFences");
+    check(vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
+    const VkResult waited = vkWaitForFences(device_, 1, &fence_, VK_TRUE, kWaitNanoseconds);
+    check(lost_on_purpose_ ? VK_ERROR_DEVICE_LOST : waited, "vkWaitForFences");
+  } catch (const DeviceError& error) {
+    throw DeviceError(fmt::format("device {} ({}, {}), running {}: {}", report_.index, report_.name, report_.type, what, error.what()));
+  }
+}
+
 void Device::close() {
+  if (fence_ != VK_NULL_HANDLE) vkDestroyFence(device_, fence_, nullptr);
   if (device_ != VK_NULL_HANDLE) vkDestroyDevice(device_, nullptr);
   if (messenger_ != VK_NULL_HANDLE) {
     const auto destroy = reinterpret_cast<PFN_vkDestroyDebugUtilsMessengerEXT>(

@@ -69,8 +69,13 @@ class Device {
 
   VkDevice handle() const { return device_; }
   VkPhysicalDevice physical() const { return physical_; }
-  VkQueue queue() const { return queue_; }
   std::uint32_t queue_family() const { return family_; }
+  /// Submits a command buffer and waits until it is done; one at a time. Throws DeviceError that names the device and `what`, the work in
+  /// words, where the device is lost, memory runs out or nothing ends for ten minutes.
+  void run(VkCommandBuffer commands, const std::string& what);
+  /// From now on run() finds the device lost, as a driver reports it: for tests, which cannot make a driver lose one.
+  void lose_on_purpose() { lost_on_purpose_ = true; }
+
   double timestamp_period() const { return period_; }  ///< ns a tick
   std::uint32_t timestamp_bits() const { return timestamp_bits_; }
 
@@ -82,6 +87,8 @@ class Device {
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;  ///< of run()
+  bool lost_on_purpose_ = false;
   std::uint32_t family_ = 0, timestamp_bits_ = 64;
   double period_ = 1;
   DeviceReport report_;

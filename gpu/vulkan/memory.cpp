@@ -72,14 +72,35 @@ std::byte* map(Device& device, VkDeviceMemory memory) {
   return static_cast<std::byte*>(mapped);
 }
 
+/// Host memory for transfers, for the length of a block.
+struct Staging {
+  Staging(Device& d, std::uint64_t bytes) : device(d), allocation(allocate(d, bytes, true)), window(map(d, allocation.memory)) {}
+  ~Staging() { release(device, allocation.buffer, allocation.memory); }
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+  Device& device;
+  Allocation allocation;
+  std::byte* window;
+};
+
+/// A command pool, for the length of a block.
+struct Pool {
+  explicit Pool(Device& d) : device(d) {
+    const VkCommandPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, .queueFamilyIndex = d.queue_family()};
+    check(vkCreateCommandPool(d.handle(), &info, nullptr, &handle), "vkCreateCommandPool");
+  }
+  ~Pool() { vkDestroyCommandPool(device.handle(), handle, nullptr); }
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+  Device& device;
+  VkCommandPool handle = VK_NULL_HANDLE;
+};
+
 /// Copies on the queue and waits.
 void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std::uint64_t to_at, std::uint64_t bytes) {
-  const VkCommandPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                          .queueFamilyIndex = device.queue_family()};
-  VkCommandPool pool;
-  check(vkCreateCommandPool(device.handle(), &pool_info, nullptr, &pool), "vkCreateCommandPool");
+  const Pool pool(device);
   const VkCommandBufferAllocateInfo allocate_info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                                  .commandPool = pool,
+                                                  .commandPool = pool.handle,
                                                   .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
                                                   .commandBufferCount = 1};
   VkCommandBuffer commands;
@@ -89,10 +110,7 @@ void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std
   const VkBufferCopy region{from_at, to_at, bytes};
   vkCmdCopyBuffer(commands, from, to, 1, &region);
   check(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
-  const VkSubmitInfo submit{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands};
-  check(vkQueueSubmit(device.queue(), 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
-  check(vkQueueWaitIdle(device.queue()), "vkQueueWaitIdle");
-  vkDestroyCommandPool(device.handle(), pool, nullptr);
+  device.run(commands, fmt::format("a copy of {} bytes", bytes));
 }
 
 }  // namespace
@@ -134,14 +152,12 @@ void DeviceBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes)
     std::memcpy(mapped_ + offset, bytes.data(), bytes.size());
     return;
   }
-  const Allocation staging = allocate(*device_, std::min<std::uint64_t>(bytes.size(), kStagingBytes), true);
-  std::byte* window = map(*device_, staging.memory);
+  const Staging staging(*device_, std::min<std::uint64_t>(bytes.size(), kStagingBytes));
   for (std::uint64_t at = 0; at < bytes.size(); at += kStagingBytes) {
     const std::uint64_t part = std::min<std::uint64_t>(kStagingBytes, bytes.size() - at);
-    std::memcpy(window, bytes.data() + at, part);
-    copy(*device_, staging.buffer, 0, buffer_, offset + at, part);
+    std::memcpy(staging.window, bytes.data() + at, part);
+    copy(*device_, staging.allocation.buffer, 0, buffer_, offset + at, part);
   }
-  release(*device_, staging.buffer, staging.memory);
 }
 
 void DeviceBuffer::read(std::uint64_t offset, std::span<std::byte> bytes) const {
@@ -150,14 +166,12 @@ void DeviceBuffer::read(std::uint64_t offset, std::span<std::byte> bytes) const 
     std::memcpy(bytes.data(), mapped_ + offset, bytes.size());
     return;
   }
-  const Allocation staging = allocate(*device_, std::min<std::uint64_t>(bytes.size(), kStagingBytes), true);
-  const std::byte* window = map(*device_, staging.memory);
+  const Staging staging(*device_, std::min<std::uint64_t>(bytes.size(), kStagingBytes));
   for (std::uint64_t at = 0; at < bytes.size(); at += kStagingBytes) {
     const std::uint64_t part = std::min<std::uint64_t>(kStagingBytes, bytes.size() - at);
-    copy(*device_, buffer_, offset + at, staging.buffer, 0, part);
-    std::memcpy(bytes.data() + at, window, part);
+    copy(*device_, buffer_, offset + at, staging.allocation.buffer, 0, part);
+    std::memcpy(bytes.data() + at, staging.window, part);
   }
-  release(*device_, staging.buffer, staging.memory);
 }
 
 }  // namespace cvr::gpu

@@ -31,7 +31,8 @@ bool cvr_cuckoo_find(uvec3 voxel, uint lod, out CuckooSlot slot, out uint code) 
   return uint(second >> 32) == (slot.key | CVR_CUCKOO_SECOND);
 }
 
-// Stores at the first position; what lay there moves to its second position, unless it lay there already: then it is lost.
+// Stores at the first position; what lay there moves to its second position, unless it lay there already: then it is lost. So is what lies
+// at that second position; where both positions are one, that is the cell itself, and its next lookup misses.
 void cvr_cuckoo_insert(CuckooSlot slot, uint code) {
   cvr_store_entry(slot.first, (uint64_t(slot.key) << 32) | uint64_t(code));
   if (slot.found == CVR_FREE_ENTRY) return;
@@ -42,5 +43,8 @@ void cvr_cuckoo_insert(CuckooSlot slot, uint code) {
   }
   CVR_COUNT(CVR_COUNT_CACHE_EJECTIONS, 1);
   uint second = cvr_cuckoo_second(ejected, slot.first, cvr_frame.cache_sizes[1], cvr_frame.cache_sizes[0]);
+#ifdef CVR_INSTRUMENTED
+  if (cvr_load_entry(second) != CVR_FREE_ENTRY) CVR_COUNT(CVR_COUNT_CACHE_LOSSES, 1);
+#endif
   cvr_store_entry(second, slot.found | (uint64_t(CVR_CUCKOO_SECOND) << 32));
 }

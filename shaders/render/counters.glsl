@@ -10,8 +10,8 @@
 #define CVR_COUNT_WORDS_TOUCHED 5  // 32-bit words of the encoding that were read
 #define CVR_COUNT_CACHE_HITS 6
 #define CVR_COUNT_CACHE_MISSES 7
-#define CVR_COUNT_CACHE_EJECTIONS 8
-#define CVR_COUNT_CACHE_LOSSES 9  // entries that an ejection removed
+#define CVR_COUNT_CACHE_EJECTIONS 8  // entries that moved to their second position
+#define CVR_COUNT_CACHE_LOSSES 9     // entries that were overwritten
 #define CVR_COUNT_WRONG_LABELS 10  // cache hits whose label is another one's: two keys collide
 #define CVR_COUNT_EMPTY_SPACE_SKIPS 11
 #define CVR_COUNT_EMPTY_SPACE_MARKS 12

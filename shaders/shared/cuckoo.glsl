@@ -5,8 +5,12 @@
 #ifndef CVR_CUCKOO_GLSL
 #define CVR_CUCKOO_GLSL
 
+#include "shaders/shared/pcg.glsl"
+
 #define CVR_CUCKOO_SECOND 0x80000000u
 
+// Positions of tables whose size is no power of two are not evenly used: the first 2^bits - size of them are twice as likely.
+//
 // The `bits` most significant bits of factor * x mod 2^32 (Dietzfelbinger et al. 1997); 1 <= bits <= 32.
 CVR_FUNC uint cvr_hash_bits(uint factor, uint x, uint bits) { return (factor * x) >> (32u - bits); }
 
@@ -15,55 +19,22 @@ CVR_FUNC uint cvr_fold(uint x, uint size) { return x >= size ? x - size : x; }
 
 // First position of a cell; (x, y, z) its first voxel, so that cells of several levels of one region collide.
 CVR_FUNC uint cvr_cuckoo_first(uint x, uint y, uint z, uint bits, uint size) {
-  x = x * 1664525u + 1013904223u;  // pcg3d (Jarzynski, Olano 2020)
-  y = y * 1664525u + 1013904223u;
-  z = z * 1664525u + 1013904223u;
-  x += y * z;
-  y += z * x;
-  z += x * y;
-  x ^= x >> 16;
-  y ^= y >> 16;
-  z ^= z >> 16;
-  x += y * z;
-  y += z * x;
-  z += x * y;
+  cvr_pcg3d(x, y, z);
   return cvr_fold(cvr_hash_bits(19u, x, bits) ^ cvr_hash_bits(47u, y, bits) ^ cvr_hash_bits(101u, z, bits), size);
 }
 
 CVR_FUNC uint cvr_cuckoo_key(uint x, uint y, uint z, uint lod) {
   uint w = lod;
-  x = x * 1664525u + 1013904223u;  // pcg4d
-  y = y * 1664525u + 1013904223u;
-  z = z * 1664525u + 1013904223u;
-  w = w * 1664525u + 1013904223u;
-  x += y * w;
-  y += z * x;
-  z += x * y;
-  w += y * z;
-  x ^= x >> 16;
-  y ^= y >> 16;
-  z ^= z >> 16;
-  w ^= w >> 16;
-  x += y * w;
-  y += z * x;
-  z += x * y;
-  w += y * z;
+  cvr_pcg4d(x, y, z, w);
   uint key = ((5u * x) ^ (149u * y) ^ (61u * z) ^ (2887u * w)) & ~CVR_CUCKOO_SECOND;
   return key == (~CVR_CUCKOO_SECOND) ? key - 1u : key;
 }
 
 // Second position of the entry with this key (bit 31 clear) whose first position is `first`.
 CVR_FUNC uint cvr_cuckoo_second(uint key, uint first, uint bits, uint size) {
-  uint x = key * 1664525u + 1013904223u;  // pcg2d
-  uint y = first * 1664525u + 1013904223u;
-  x += y * 1664525u;
-  y += x * 1664525u;
-  x ^= x >> 16;
-  y ^= y >> 16;
-  x += y * 1664525u;
-  y += x * 1664525u;
-  x ^= x >> 16;
-  y ^= y >> 16;
+  uint x = key;
+  uint y = first;
+  cvr_pcg2d(x, y);
   uint mixed = cvr_hash_bits(7u, x, bits) ^ cvr_hash_bits(31u, y, bits) ^ cvr_hash_bits(97u, x, bits) ^ cvr_hash_bits(173u, y, bits);
   return cvr_fold(mixed, size);
 }

@@ -13,6 +13,7 @@ namespace cvr::shaders {
 
 #include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
+#include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"
 #include "shaders/shared/neuroglancer.glsl"
 

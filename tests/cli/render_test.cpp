@@ -15,6 +15,18 @@
 namespace cvr::cli_tests {
 namespace {
 
+/// Sets a variable of the environment, which the programs run here inherit, for the length of a block.
+class Variable {
+ public:
+  Variable(const char* name, const std::string& value) : name_(name) { setenv(name, value.c_str(), 1); }
+  ~Variable() { unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+};
+
 using nlohmann::json;
 using testing::HasSubstr;
 
@@ -34,6 +46,7 @@ matrix:
     size: [96, 54]
     frames: 3
     jump_frames: 2
+    held_frames: 3
     picture_error: 1
 tables:
   - {name: t, title: Frames, rows: [codec, cache], pivot: {columns: [shading], metric: frame_ms}}
@@ -126,13 +139,86 @@ TEST_F(Render, NoUsableDeviceIsTheEnvironmentsFault) {
     EXPECT_THAT(outcome.err, HasSubstr(name)) << "the devices that there are belong in the message";
   }
   EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
-  setenv("VK_ICD_FILENAMES", "/nonexistent", 1);
-  setenv("VK_DRIVER_FILES", "/nonexistent", 1);
-  for (const std::string command :
-       {"render v.h5 --scene cells -o a.png", "run c.yaml --out o", "list devices"})
-    EXPECT_EQ(program_.run(command).exit_code, 3) << command;
-  unsetenv("VK_ICD_FILENAMES");
-  unsetenv("VK_DRIVER_FILES");
+}
+
+TEST_F(Render, WithoutADriverTheErrorSaysWhatToInstall) {
+  program_.write("empty.json", "");
+  program_.write(
+      "nowhere.json",
+      R"({"file_format_version": "1.0.0", "ICD": {"library_path": "none.so", "api_version": "1.3.0"}})");
+  for (const std::string file : {"empty.json", "nowhere.json", "nonexistent.json"}) {
+    const Variable old_name("VK_ICD_FILENAMES", program_ / file),
+        new_name("VK_DRIVER_FILES", program_ / file);
+    for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
+      const Outcome outcome = program_.run(command);
+      EXPECT_EQ(outcome.exit_code, 3) << file << " " << command;
+      EXPECT_THAT(outcome.err, HasSubstr("cvrbench: no Vulkan device that can draw; "))
+          << file << " " << command;
+      EXPECT_THAT(outcome.err, HasSubstr("mesa-vulkan-drivers holds lavapipe")) << file << " " << command;
+      EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
+    }
+    EXPECT_EQ(program_.run("list devices").exit_code, 3) << file;
+  }
+}
+
+TEST_F(Render, EachRejectedDeviceSaysWhy) {
+  program_.write("driver.json",
+                 R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" CVRBENCH_UNUSABLE_DRIVER
+                 R"(", "api_version": "1.3.0"}})");
+  const Variable old_name("VK_ICD_FILENAMES", program_ / "driver.json"),
+      new_name("VK_DRIVER_FILES", program_ / "driver.json");
+  const json list = json::parse(program_.run("list devices --json").out);
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0]["rejected"], json::array({"Vulkan 1.1.5, expected 1.3"}));
+  EXPECT_FALSE(list[1]["usable"].get<bool>());
+  EXPECT_EQ(program_.run("list devices").exit_code, 3);
+  for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
+    const Outcome outcome = program_.run(command);
+    EXPECT_EQ(outcome.exit_code, 3) << command;
+    EXPECT_THAT(
+        outcome.err,
+        HasSubstr(
+            "no Vulkan device that can draw; device 0 (Old, discrete): Vulkan 1.1.5, expected 1.3; device 1 "
+            "(Bare, discrete): lacks the feature shaderBufferInt64Atomics, "))
+        << command;
+    EXPECT_THAT(outcome.err, HasSubstr(", no compute queue with timestamps\n")) << command;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << command << ": " << outcome.err;
+  }
+  const Outcome chosen = program_.run("render v.h5 --scene cells -o a.png --device bare");
+  EXPECT_EQ(chosen.exit_code, 3);
+  EXPECT_THAT(chosen.err, HasSubstr("(Old, discrete): Vulkan 1.1.5, expected 1.3, is not 'bare'; "));
+}
+
+TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
+  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: device-lost, codec: csgvr-sb}\n");
+  const Outcome outcome = program_.run(
+      "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only cache=none "
+      "--only shading=local --set timeout_s=60");
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  const std::string name = json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
+  const auto all = rows();
+  ASSERT_EQ(all.size(), 4u);
+  for (const json& row : all) {
+    const std::string key = row["key"];
+    if (row["codec"]["id"] == "raw") {
+      EXPECT_EQ(row["status"], "ok") << key;
+      EXPECT_EQ(row["time"]["rounds"], 2) << key;
+      continue;
+    }
+    EXPECT_EQ(row["status"], "failed") << key;
+    const std::string passes =
+        row["render"]["cache"] == "brick" ? "provision, assign, decode, render" : "render";
+    EXPECT_THAT(row["reason"].get<std::string>(),
+                testing::AllOf(HasSubstr(name), HasSubstr("running the passes " + passes +
+                                                          ": vkWaitForFences: device lost (-4)")))
+        << key;
+    EXPECT_FALSE(row.contains("frames") || row.contains("held")) << key << ": a cell that failed has no time";
+  }
+  // A wrong picture is a finding about the codec, whatever the device does beside it.
+  program_.write("g.yaml", std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
+  EXPECT_EQ(program_.run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
+                .exit_code,
+            1);
 }
 
 TEST_F(Render, ListsAccessModesAndDevices) {
@@ -161,7 +247,8 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
       continue;
     }
     ASSERT_EQ(row["status"], "ok") << key << row["reason"];
-    EXPECT_EQ(row["verification"]["pixels_compared"], 3 * 96 * 54) << key;
+    EXPECT_EQ(row["verification"]["pixels_compared"], (3 + 1) * 96 * 54)
+        << key << ": three views and a held frame";
     EXPECT_EQ(row["verification"]["label_mismatches"], 0) << key;
     EXPECT_EQ(row["verification"]["mismatches"], 0) << key;
     const std::size_t samples = row["render"]["ao_samples"];
@@ -176,6 +263,22 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
     EXPECT_GE(row["needed"]["decoded_over_needed"].get<double>(), 1) << key;
     EXPECT_GE(row["exact_after_frames"].get<int>(), row["render"]["cache"] == "brick" ? 2 : 1) << key;
     EXPECT_EQ(row["frames"]["incomplete"]["first"].get<int>() > 0, row["render"]["cache"] == "brick") << key;
+    const json& held = row["held"];
+    EXPECT_EQ(held["count"], 3) << key << ": frames of the held view, whatever the samples";
+    EXPECT_EQ(held["ms"].size(), 2u) << key;
+    EXPECT_GT(held["median_ms"].get<double>(), 0) << key;
+    EXPECT_EQ(held["incomplete"]["largest"], 0) << key;
+    EXPECT_EQ(held["compared"], true) << key;
+    EXPECT_TRUE(held["passes"].contains("render")) << key;
+    EXPECT_GT(held["cells_read"].get<double>(), 1000) << key;
+    if (row["render"]["cache"] == "none") {
+      EXPECT_TRUE(held["cache_complete"].is_null()) << key;
+      EXPECT_EQ(held["cells_decoded"], held["cells_read"]) << key;
+    } else {
+      EXPECT_LE(held["cells_decoded"].get<double>(), 0.01 * held["cells_read"].get<double>())
+          << key << ": the cache is filled";
+      EXPECT_EQ(held["cache_complete"], held["cells_decoded"] == 0) << key;
+    }
     ASSERT_EQ(row["jump"]["frames"].size(), 2u);
     if (row["render"]["cache"] != "brick" && row["render"]["shading"] == "local") {
       EXPECT_EQ(row["jump"]["frames"][0]["label_mismatches"], 0) << key << ": random access has no latency";
@@ -190,6 +293,44 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
   EXPECT_THAT(program_.read("o/tables/e.md"), HasSubstr("Drawn on: "));
   const Outcome again = program_.run("plan c.yaml --out o");
   EXPECT_THAT(again.out, HasSubstr("0 to run, 12 done, 6 unsupported"));
+}
+
+TEST_F(Render, ACacheTooSmallForAHeldViewIsReported) {
+  program_.write("s.yaml", R"(rounds: 2
+max_rounds: 2
+timeout_s: 120
+matrix:
+  - datasets: [{generator: cells, extent: [160, 160, 160], name: blob}]
+    codecs: [{id: csgvr-sb, parameters: {brick: 32}}]
+    stages: [render]
+    scenes: [dense]
+    caches: [voxel, brick]
+    cache_mib: [1, 16]
+    lod_bias: -8
+    size: [64, 40]
+    frames: 1
+    held_frames: 2
+tables:
+  - {name: t, title: T, rows: [cache, cache_mib], columns: [frame_held_ms, held_cache, held_cells_decoded, held_incomplete, status]}
+)");
+  const Outcome outcome = program_.run("run s.yaml --out o");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const json& row : rows()) {
+    ASSERT_EQ(row["status"], "ok") << row["reason"];
+    const bool small = row["render"]["cache"] == "brick" && row["render"]["cache_mib"] == 1;
+    EXPECT_EQ(row["held"]["incomplete"]["largest"].get<double>() > 0, small) << row["key"];
+    EXPECT_EQ(row["held"]["compared"], !small) << row["key"];
+    // A voxel cache may lose one of two cells that keep pushing each other out.
+    if (row["render"]["cache"] == "voxel") {
+      EXPECT_LE(row["held"]["cells_decoded"], 5) << row["key"];
+    } else {
+      EXPECT_EQ(row["held"]["cache_complete"], !small) << row["key"];
+    }
+    EXPECT_EQ(row["verification"]["pixels_compared"], (small ? 3 : 4) * 64 * 40) << row["key"];
+  }
+  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::ContainsRegex("brick,1,[0-9.e+]+; [0-9.e+]+,part,"));
+  EXPECT_THAT(program_.read("o/tables/t.csv"),
+              testing::ContainsRegex("brick,16,[0-9.e+]+; [0-9.e+]+,all,0,0,ok"));
 }
 
 TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {

@@ -81,6 +81,27 @@ TEST_F(RenderConfig, ProductsLeaveOutWhatDoesNotMatter) {
   EXPECT_EQ(keys.size(), 18u);
 }
 
+TEST_F(RenderConfig, HeldFramesAreThoseOfOneKey) {
+  const std::string keys = scene_line() + "    caches: [none]\n";
+  EXPECT_EQ(load(keys).cells[0].render->held_frames, 0u);
+  EXPECT_EQ(load(keys + "    held_frames: 1000\n").cells[0].render->held_frames, 1000u);
+  EXPECT_THAT(error(keys + "    held_frames: 1001\n"),
+              HasSubstr("c.yaml:7:18: expected an integer in 0..1000"));
+  const std::string three =
+      "title: S\nmaterials: [{}]\nkeys: [{eye: [0, 0, 2]}, {eye: [0, 1, 2]}, {eye: [0, 2, 2]}]\n";
+  EXPECT_EQ(load_scene(folder_.write("first.yaml", three)).held, 0u);
+  const gpu::Scene last = load_scene(folder_.write("last.yaml", three + "held: 2\n"));
+  EXPECT_EQ(last.path.at(last.path.part_of(last.held)), last.path.keys()[2]);
+  EXPECT_EQ(last.path.at(last.path.part_of(1)), last.path.keys()[1]);
+  EXPECT_EQ(load_scene(scene_).path.part_of(0), 0);
+  try {
+    load_scene(folder_.write("beyond.yaml", three + "held: 3\n"));
+    ADD_FAILURE();
+  } catch (const volumes::InputError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("beyond.yaml:4:7: expected an integer in 0..2"));
+  }
+}
+
 TEST_F(RenderConfig, AllMeansAllAccessModes) {
   EXPECT_EQ(load(scene_line() + "    caches: all\n").cells.size(), gpu::all_caches().size());
 }
@@ -102,7 +123,8 @@ TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) 
       [](RenderChoice& c) { c.width = 81; },      [](RenderChoice& c) { c.height = 61; },
       [](RenderChoice& c) { c.frames = 6; },      [](RenderChoice& c) { c.lod_bias = 1; },
       [](RenderChoice& c) { c.ao_samples = 2; },  [](RenderChoice& c) { c.brick = 16; },
-      [](RenderChoice& c) { c.jump_frames = 2; }, [](RenderChoice& c) { c.picture_error = true; }};
+      [](RenderChoice& c) { c.jump_frames = 2; }, [](RenderChoice& c) { c.picture_error = true; },
+      [](RenderChoice& c) { c.held_frames = 2; }};
   std::set<std::string> keys{cell.row_key()}, ids{cell_id(cell, "0")};
   for (const auto& change : changes) {
     Cell other = cell;

@@ -44,6 +44,34 @@ TEST(FrameTimes, LaterRoundsCountAndTheFirstStandsApart) {
   EXPECT_DOUBLE_EQ(frames["ms"][2][1].get<double>(), 4);
 }
 
+TEST(FrameTimes, HeldFramesHaveTheSameStatisticsAndStandApart) {
+  Measured measured;
+  for (const double slow : {9.0, 1.0, 3.0}) {
+    std::vector<Sample> samples{{"path", 0, 0, 1}, {"frame", 1, 0, 0}, {"pass/render", 1, 0, 0}};
+    for (int frame = 0; frame < 3; ++frame) {
+      samples.push_back({"held", 1e-3 * slow * (frame + 1), 7e-3, frame == 2 ? 5u : 0u});
+      samples.push_back({"held-pass/render", 1e-3 * slow, 0, 0});
+    }
+    measured.add(samples);
+  }
+  const Row held = describe_held_frames(measured);
+  EXPECT_EQ(held["count"], 3);
+  EXPECT_EQ(held["rounds"], 3);
+  EXPECT_DOUBLE_EQ(held["mean_ms"].get<double>(), (1 + 2 + 3 + 3 + 6 + 9) / 6.0);
+  EXPECT_DOUBLE_EQ(held["median_ms"].get<double>(), 3);
+  EXPECT_DOUBLE_EQ(held["passes"]["render"]["mean_ms"].get<double>(), 2);
+  EXPECT_DOUBLE_EQ(held["host_median_ms"].get<double>(), 7);
+  EXPECT_EQ(held["incomplete"]["largest"], 5.0);
+  EXPECT_FALSE(held.contains("first_frame_ms")) << "no held frame is a first one";
+  const Row frames = describe_frames(measured);
+  EXPECT_EQ(frames["count"], 1);
+  EXPECT_EQ(frames["passes"].size(), 1u);
+  EXPECT_DOUBLE_EQ(frames["passes"]["render"]["mean_ms"].get<double>(), 1000);
+  Measured without;
+  without.add({{"path", 0, 0, 1}, {"frame", 1, 0, 0}});
+  EXPECT_TRUE(describe_held_frames(without).is_null());
+}
+
 TEST(FrameTimes, ASingleRoundIsAllThereIs) {
   Measured measured;
   measured.add({{"path", 0, 0, 1}, {"frame", 3e-3, 0, 0}, {"pass/render", 3e-3, 0, 0}});
@@ -76,6 +104,28 @@ TEST(RenderMetrics, ReadTheRow) {
   EXPECT_EQ(text_of("bytes_touched", row), "1.00");
   EXPECT_EQ(text_of("frame_median_ms", row), "") << "no number";
   EXPECT_EQ(text_of("frame_ms", {{"status", "unsupported"}}), "unsupported");
+}
+
+TEST(RenderMetrics, HeldFramesStandBesideThePath) {
+  Row row = Row::parse(
+      R"({"status": "ok", "frames": {"mean_ms": 12.3456}, "held": {"median_ms": 1.5, "mean_ms": 2, "p95_ms": 4,
+    "count": 5, "incomplete": {"largest": 3}, "cells_decoded": 20, "cache_complete": false}})");
+  EXPECT_EQ(text_of("held_ms", row), "1.5");
+  EXPECT_EQ(text_of("held_mean_ms", row), "2");
+  EXPECT_EQ(text_of("held_p95_ms", row), "4");
+  EXPECT_EQ(text_of("held_frames", row), "5");
+  EXPECT_EQ(text_of("held_incomplete", row), "3");
+  EXPECT_EQ(text_of("held_cells_decoded", row), "20");
+  EXPECT_EQ(text_of("held_cache", row), "part");
+  EXPECT_EQ(text_of("frame_held_ms", row), "12.35; 1.5");
+  row["held"]["cache_complete"] = true;
+  EXPECT_EQ(text_of("held_cache", row), "all");
+  row["held"]["cache_complete"] = nullptr;
+  EXPECT_EQ(text_of("held_cache", row), "") << "no cache";
+  row.erase("held");
+  EXPECT_EQ(text_of("frame_held_ms", row), "12.35");
+  EXPECT_EQ(text_of("held_ms", row), "");
+  EXPECT_EQ(text_of("frame_held_ms", {{"status", "failed"}}), "failed");
 }
 
 class RenderTable : public testing::Test {
@@ -127,6 +177,15 @@ TEST_F(RenderTable, OneColumnForEachCombinationMeasuredAndPublished) {
   EXPECT_THAT(table.lines[0], ElementsAre("raw", "none", "0", "5", "2", "7"));
   EXPECT_THAT(table.lines[1], ElementsAre("raw", "voxel", "1", "6", "3 (9.7)", "8"));
   EXPECT_THAT(table.notes, testing::Contains(HasSubstr("Times there: GPU.")));
+}
+
+TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
+  spec_.pivot->metric = "frame_held_ms";
+  auto with_held = rows();
+  with_held[3]["held"]["median_ms"] = 0.25;
+  const Table table = make_table(spec_, config_, with_held);
+  EXPECT_THAT(table.lines[1], ElementsAre("raw", "voxel", "1", "6", "3; 0.25 (9.7)", "8"));
+  EXPECT_THAT(table.notes, testing::Contains(HasSubstr("in parentheses what the publication states")));
 }
 
 TEST_F(RenderTable, TimesOfASoftwareDeviceCarryTheWarning) {
