@@ -1,6 +1,7 @@
 // The ray marcher (CSGV-R paper, section 4; gpu/IMAGE.md says what it draws): one invocation a pixel, primary and secondary ray by the
 // same loop. A brick without visible labels is stepped over as one cell; others cell by cell of the brick's level of detail.
 #include "shaders/render/ray.glsl"
+#include "shaders/shared/pcg.glsl"
 
 #ifndef CVR_SHADING
 #define CVR_SHADING 0
@@ -180,21 +181,10 @@ i64vec3 cvr_surface_point(Ray ray, int64_t t, int axis, i64vec3 origin) {
 #endif
 
 #if CVR_SHADING == CVR_SHADING_AO
-uvec3 cvr_pcg3d(uvec3 v) {
-  v = v * 1664525u + 1013904223u;
-  v.x += v.y * v.z;
-  v.y += v.z * v.x;
-  v.z += v.x * v.y;
-  v ^= v >> 16u;
-  v.x += v.y * v.z;
-  v.y += v.z * v.x;
-  v.z += v.x * v.y;
-  return v;
-}
-
 // A cosine-distributed direction about the face normal, in voxel space with its largest component 2^30; `reach` in units of t.
 i64vec3 cvr_ambient_direction(uvec2 pixel, uint number, int axis, int side, out int64_t reach) {
-  uvec3 random = cvr_pcg3d(uvec3(pixel, number));
+  uvec3 random = uvec3(pixel, number);
+  cvr_pcg3d(random.x, random.y, random.z);
   float u1 = float(random.x >> 8) * exp2(-24.0);
   float phi = 6.283185307179586 * float(random.y >> 8) * exp2(-24.0);
   float a = sqrt(u1) * cos(phi);
