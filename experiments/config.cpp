@@ -294,7 +294,7 @@ void add_render_cells(const Block& block, const std::shared_ptr<const Dataset>& 
                       const CodecChoice& choice, const std::string& device, const Add& add) {
   const auto& traits = choice.codec->traits();
   const Threads all{"all", std::max(1u, std::thread::hardware_concurrency())};
-  for (RenderChoice& render : block.render.choices(choice.parameters, device)) {
+  for (RenderChoice& render : block.render.choices(choice.parameters, dataset->kind, device)) {
     add({dataset, std::string(traits.id), traits.version, choice.parameters, Stage::kRender, all,
          std::move(render)});
   }

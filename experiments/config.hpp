@@ -17,6 +17,7 @@
 //       stages: [encode, decode, random-access, render]
 //       threads: [1, all]      default [1]; not of the stage render
 //       of the stage render:
+//       steps: [0, 1, 2, 3]    progressive steps of lossy codecs that are drawn, the last of them the whole; default: the whole
 //       scenes: [NAME]         files of configs/scenes, or paths                caches: all | [none, voxel, ...]   'list caches'
 //       shadings: [local, shadow, ao]      default: the scene's own             cache_mib: 256 or a list
 //       lod_bias: 0 or a list  default: the scene's own                         ao_samples: 1 or a list; frames a camera, averaged

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "codecs/registry.hpp"
+#include "gpu/caches/cache.hpp"
 
 namespace cvr::experiments {
 
@@ -26,8 +27,14 @@ std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info
   const auto& traits = codecs::find_codec(cell.codec)->traits();
   if (const auto accepted = codecs::accepts(traits, info); !accepted) return accepted.error().message;
   if (cell.stage == Stage::kRender) {
-    if (info.kind == volumes::VolumeKind::kScalars) return "only label volumes are drawn";
-    return traits.gpu_decodable ? "" : "no decoder for the GPU";
+    if (!traits.gpu_decodable) return "no decoder for the GPU";
+    const RenderChoice& choice = *cell.render;
+    const bool labels = info.kind == volumes::VolumeKind::kLabels;
+    const gpu::CacheTraits& access = *gpu::find_cache(choice.access);
+    if (labels) return access.labels ? "" : fmt::format("{} serves scalar volumes alone", access.id);
+    if (!access.scalars) return fmt::format("{} serves label volumes alone", access.id);
+    if (choice.shading != gpu::Shading::kLocal) return "scalar volumes are shaded by their gradients alone: local";
+    return "";
   }
   if (cell.stage != Stage::kRandomAccess) return "";
   if (traits.access == codecs::Granularity::kVolume) return "no access to single voxels";

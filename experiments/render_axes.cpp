@@ -15,12 +15,21 @@ namespace cvr::experiments {
 namespace {
 
 constexpr std::uint64_t kMostMib = std::uint64_t{1} << 20;
-constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536, kMostJumpFrames = 64,
+constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536, kMostSteps = 15, kMostJumpFrames = 64,
                         kMostHeldFrames = 1000;
 
 std::vector<std::string> cache_ids() {
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& cache : gpu::all_caches()) ids.emplace_back(cache.id);
+  return ids;
+}
+
+/// The access modes that serve volumes of a kind.
+std::vector<std::string> cache_ids(volumes::VolumeKind kind) {
+  std::vector<std::string> ids;
+  for (const gpu::CacheTraits& cache : gpu::all_caches()) {
+    if (kind == volumes::VolumeKind::kLabels ? cache.labels : cache.scalars) ids.emplace_back(cache.id);
+  }
   return ids;
 }
 
@@ -65,7 +74,7 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
       {"caches",
        [this](const YamlValue& v) {
          if (v.is_scalar() && v.text() == "all") {
-           caches_ = cache_ids();
+           every_cache_ = true;
            return;
          }
          for (const YamlValue& one : v.list("access modes, or all")) caches_.push_back(read_cache(one));
@@ -102,6 +111,11 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
          brick_ = read_count(v, 2, 64);
          if (!std::has_single_bit(brick_)) v.expected("a power of two from 2 to 64");
        }},
+      {"steps",
+       [this](const YamlValue& v) {
+         for (const YamlValue& one : v.list_or_one("numbers of progressive steps"))
+           steps_.push_back(read_count(one, 0, kMostSteps));
+       }},
       {"jump_frames", [this](const YamlValue& v) { jump_frames_ = read_count(v, 1, kMostJumpFrames); }},
       {"held_frames", [this](const YamlValue& v) { held_frames_ = read_count(v, 0, kMostHeldFrames); }},
       {"picture_error", [this](const YamlValue& v) { picture_error_ = v.integer(0, 1) == 1; }}};
@@ -121,7 +135,7 @@ void RenderAxes::check(const YamlValue& block, bool renders) const {
         fmt::format("expected the stage render beside the key {}, found other stages alone", given_.front()));
   if (!renders) return;
   if (scenes_.empty()) block.reject("expected the key scenes, which the stage render needs, found none");
-  if (caches_.empty()) block.reject("expected the key caches, which the stage render needs, found none");
+  if (caches_.empty() && !every_cache_) block.reject("expected the key caches, which the stage render needs, found none");
 }
 
 RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& access, gpu::Shading shading,
@@ -145,7 +159,7 @@ RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& acces
   return choice;
 }
 
-std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& parameters,
+std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& parameters, volumes::VolumeKind kind,
                                               const std::string& device) const {
   std::vector<RenderChoice> all;
   const auto own_brick = parameters.values().find("brick");
@@ -153,15 +167,20 @@ std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& paramete
     if (own_brick != parameters.values().end())
       choice.brick = static_cast<std::uint32_t>(std::stoul(own_brick->second));
     choice.device = device;
-    if (std::ranges::find(all, choice) == all.end()) all.push_back(std::move(choice));
+    const auto steps = steps_.empty() ? std::vector{choice.step} : steps_;
+    for (const auto& step : steps) {
+      choice.step = step;
+      if (std::ranges::find(all, choice) == all.end()) all.push_back(choice);
+    }
   };
+  const auto caches = every_cache_ ? cache_ids(kind) : caches_;
   for (const SceneChoice& scene : scenes_) {
     const auto shadings = shadings_.empty() ? std::vector{scene.scene.shading} : shadings_;
     const auto biases = lod_bias_.empty() ? std::vector{scene.scene.lod_bias} : lod_bias_;
     for (const gpu::Shading shading : shadings) {
       for (const double bias : biases) {
         for (const std::uint32_t samples : ao_samples_) {
-          for (const std::string& access : caches_) {
+          for (const std::string& access : caches) {
             for (const std::uint64_t mib : cache_mib_) add(make(scene, access, shading, mib, bias, samples));
           }
         }

@@ -13,6 +13,10 @@ namespace cvr::experiments {
 
 namespace {
 
+std::string step_text(const RenderChoice& choice) {
+  return choice.step ? std::to_string(*choice.step) : "";
+}
+
 std::string cache_text(const RenderChoice& choice) {
   return choice.cache_mib == 0 ? "" : std::to_string(choice.cache_mib);
 }
@@ -21,9 +25,9 @@ std::string cache_text(const RenderChoice& choice) {
 
 std::string RenderChoice::key() const {
   return fmt::format(
-      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}", scene,
+      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}{}", scene,
       access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
-      jump_frames, held_frames, picture_error ? 1 : 0);
+      jump_frames, held_frames, picture_error ? 1 : 0, step ? fmt::format("|step={}", *step) : "");
 }
 
 std::string RenderChoice::identity() const {
@@ -36,6 +40,7 @@ std::string RenderChoice::describe() const {
                                  gpu::name_of(shading), width, height);
   if (lod_bias != 0) text += fmt::format(", lod bias {}", lod_bias);
   if (ao_samples > 1) text += fmt::format(", {} samples", ao_samples);
+  if (step) text += fmt::format(", step {}", *step);
   return text;
 }
 
@@ -48,6 +53,7 @@ std::optional<std::string> RenderChoice::label(std::string_view name) const {
   if (name == "ao_samples") return std::to_string(ao_samples);
   if (name == "size") return fmt::format("{}x{}", width, height);
   if (name == "frames") return std::to_string(frames);
+  if (name == "step") return step_text(*this);
   return std::nullopt;
 }
 
@@ -66,6 +72,7 @@ Row to_row(const RenderChoice& choice) {
   row["brick"] = choice.brick;
   row["jump_frames"] = choice.jump_frames;
   row["held_frames"] = choice.held_frames;
+  if (choice.step) row["step"] = *choice.step;
   row["picture_error"] = choice.picture_error;
   row["device"] = choice.device;
   return row;
@@ -87,6 +94,7 @@ RenderChoice render_choice_from_row(const Row& row) {
   choice.brick = row.at("brick").get<std::uint32_t>();
   choice.jump_frames = row.at("jump_frames").get<std::uint32_t>();
   choice.held_frames = row.at("held_frames").get<std::uint32_t>();
+  if (row.contains("step")) choice.step = row["step"].get<std::uint32_t>();
   choice.picture_error = row.at("picture_error").get<bool>();
   choice.device = row.at("device").get<std::string>();
   return choice;

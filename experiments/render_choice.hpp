@@ -17,8 +17,8 @@
 namespace cvr::experiments {
 
 /// The names under which tables, filters and conditions know the values of a choice.
-inline constexpr std::array<std::string_view, 8> kRenderLabels{
-    "scene", "cache", "shading", "cache_mib", "lod_bias", "ao_samples", "size", "frames"};
+inline constexpr std::array<std::string_view, 9> kRenderLabels{
+    "scene", "cache", "shading", "cache_mib", "lod_bias", "ao_samples", "size", "frames", "step"};
 
 struct RenderChoice {
   std::string scene;       ///< as the configuration names it
@@ -34,6 +34,7 @@ struct RenderChoice {
   std::uint32_t brick = 32;       ///< edge of the bricks that the codec has, or is given
   std::uint32_t jump_frames = 0;  ///< frames compared after a camera jump; 0: none
   std::uint32_t held_frames = 0;  ///< timed of the scene's held view, once its cache is filled; 0: none
+  std::optional<std::uint32_t> step;  ///< progressive step of a lossy codec that is drawn; none: the whole encoding
   bool picture_error = false;     ///< compare with the picture of level bias 0 and many samples
   std::string device;             ///< as the user names it; empty: the renderer's own choice
   bool operator==(const RenderChoice&) const = default;

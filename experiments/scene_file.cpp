@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kFarthest = 1e6;          ///< coordinate in scene space
 constexpr std::uint64_t kMaxSide = 32768;  ///< pixels
+constexpr std::uint64_t kMostSliceSamples = 64;
 constexpr double kLeastSine = 1e-6;        ///< of the angle between view and up
 
 gpu::Vector3 read_vector(const YamlValue& value) {
@@ -97,6 +98,16 @@ gpu::MaterialRule read_material(const YamlValue& value) {
   return rule;
 }
 
+void read_transfer_point(const YamlValue& value, std::vector<gpu::TransferPoint>& points) {
+  gpu::TransferPoint point;
+  value.fields({{"value", [&](const YamlValue& v) { point.value = v.number(0, 1); }, true},
+                {"colour", [&](const YamlValue& v) { point.colour = read_colour(v); }, true},
+                {"density", [&](const YamlValue& v) { point.density = v.number(0, kFarthest); }, true}});
+  if (!points.empty() && point.value <= points.back().value)
+    value.reject(fmt::format("expected a value above that of the point before, {}, found {}", points.back().value, point.value));
+  points.push_back(point);
+}
+
 gpu::Shading read_shading(const YamlValue& value) {
   const std::string name = value.text("local, shadow or ao");
   const auto shading = gpu::shading_from_name(name);
@@ -150,8 +161,13 @@ gpu::Scene load_scene(const std::string& path) {
       {"materials",
        [&](const YamlValue& v) {
          for (const YamlValue& one : v.list("materials")) scene.materials.push_back(read_material(one));
-       },
-       true},
+       }},
+      {"transfer",
+       [&](const YamlValue& v) {
+         for (const YamlValue& one : v.list("points")) read_transfer_point(one, scene.transfer);
+       }},
+      {"slice_samples",
+       [&](const YamlValue& v) { scene.slice_samples = static_cast<std::uint32_t>(v.integer(1, kMostSliceSamples)); }},
       {"shading", [&](const YamlValue& v) { scene.shading = read_shading(v); }},
       {"light", [&](const YamlValue& v) { scene.light = read_direction(v); }},
       {"ambient", [&](const YamlValue& v) { scene.ambient = v.number(0, 1); }},
@@ -162,6 +178,8 @@ gpu::Scene load_scene(const std::string& path) {
       {"background", [&](const YamlValue& v) { scene.background = read_colour(v); }},
   });
   if (held) scene.held = static_cast<std::uint32_t>(held->integer(0, keys.size() - 1));
+  if (scene.materials.empty() && scene.transfer.empty())
+    root.reject("expected the key materials (of labels) or transfer (of scalars), found neither");
   scene.path = gpu::CameraPath(std::move(keys));
   check_path(scene, root);
   return scene;

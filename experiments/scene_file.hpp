@@ -12,6 +12,10 @@
 //       modulus: 1   remainder: 0              only labels with label % modulus == remainder
 //       opacity: 1                             0 invisible .. 1; above 0.978 a surface
 //       colour: [r, g, b]                      0 .. 255; default: a bright colour derived from the label
+//   transfer:                  of scalar volumes: points of ascending value, linear between them
+//     - {value: 0.3, colour: [r, g, b], density: 0}     value: 0 .. 1 of the volume's range (of 0 .. 255 for u8); density: extinction a
+//                                                        world unit, from 0
+//   slice_samples: 1           sample planes between two slices of a scalar volume
 //   shading: local | shadow | ao               default local
 //   light: [0.4, 0.8, 0.45]    towards the light; of any length but 0
 //   ambient: 0.35              0 .. 1
@@ -20,7 +24,7 @@
 //   accumulate: 1              frames drawn of each camera and averaged
 //   background: [255, 255, 255]
 //
-// title, keys and materials are required. Anything else is an error with its line and column.
+// title, keys and materials or transfer are required. Anything else is an error with its line and column.
 #pragma once
 
 #include <string>

@@ -16,6 +16,8 @@
 #include "experiments/yaml_reader.hpp"
 #include "gpu/caches/cache.hpp"
 #include "gpu/renderer.hpp"
+#include "gpu/scalars/reference.hpp"
+#include "gpu/scalars/renderer.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::experiments::cli {
@@ -95,19 +97,41 @@ std::string numbered(const std::string& path, std::uint32_t frame, std::uint32_t
       .string();
 }
 
+/// What a row says of a picture whatever is drawn.
+Row describe_picture(const RenderCommand& command, const gpu::Scene& scene, const gpu::Device& device,
+                     const codecs::OpenedFile& file, const std::vector<gpu::MemoryUse>& memory) {
+  Row row;
+  row["device"] = {{"name", device.report().name}, {"type", device.report().type}, {"driver", device.report().driver}};
+  row["codec"] = file.codec->traits().id;
+  row["extent"] = to_string(file.stream.info.extent);
+  row["scene"] = scene.name;
+  row["cache"] = command.access;
+  row["shading"] = gpu::name_of(scene.shading);
+  row["size"] = fmt::format("{}x{}", scene.width, scene.height);
+  std::uint64_t total = 0;
+  for (const gpu::MemoryUse& use : memory) {
+    row["gpu_uses"][use.use] = use.bytes;
+    total += use.bytes;
+  }
+  row["gpu_bytes"] = total;
+  return row;
+}
+
 struct Drawn {
   std::vector<double> ms;  ///< of settled pictures: all frames of one view together
   std::vector<std::uint32_t> frames;
   Row files = Row::array();
 };
 
+gpu::Camera camera_of(const RenderCommand& command, const gpu::Scene& scene, std::uint32_t frame) {
+  return scene.path.at(command.frames == 1 ? command.part : static_cast<double>(frame) / (command.frames - 1));
+}
+
 /// An encoding cannot settle only where its cache is too small for one ray.
 Drawn draw(const RenderCommand& command, const gpu::Scene& scene, gpu::Renderer& renderer) {
   Drawn drawn;
   for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
-    const double part =
-        command.frames == 1 ? command.part : static_cast<double>(frame) / (command.frames - 1);
-    const gpu::Camera camera = scene.path.at(part);
+    const gpu::Camera camera = camera_of(command, scene, frame);
     const gpu::FrameResult first = renderer.render(camera);
     drawn.ms.push_back(1e3 * first.gpu_seconds);
     const gpu::Settled settled = renderer.settle(camera, scene.accumulate);
@@ -141,6 +165,36 @@ void report(const Row& row) {
     fmt::print("  {:<24} {:>14}\n", use, bytes.get<std::uint64_t>());
 }
 
+/// The range is that of the decoded volume: an encoded file alone knows no other.
+void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device& device, const codecs::OpenedFile& file,
+                    const codecs::Decoder& decoder) {
+  if (scene.transfer.empty())
+    throw volumes::InputError(fmt::format("--scene {}: expected a scene with a transfer function, which scalars need", command.scene));
+  if (!command.ids.empty()) throw volumes::InputError("--ids: expected a label volume, scalars have no labels");
+  scene.shading = gpu::Shading::kLocal;
+  const codecs::ProgressiveAccess* progressive = decoder.progressive_access();
+  const auto samples = decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1);
+  if (!samples) fail_on_file(command.in, samples.error());
+  const auto renderer = gpu::ScalarRenderer::make(device, *samples, file.stream.info, command.access, scene.width, scene.height);
+  if (!renderer) fail_on_file(command.in, renderer.error());
+  volumes::VolumeSink sink(file.stream.info);
+  if (const auto done = decoder.decode(0, command.threads, sink); !done) fail_on_file(command.in, done.error());
+  (*renderer)->set_scene(scene, gpu::value_range(sink.take()));
+  Drawn drawn;
+  for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
+    drawn.ms.push_back(1e3 * (*renderer)->render(camera_of(command, scene, frame)).gpu_seconds);
+    const gpu::Image image = (*renderer)->read_image();
+    drawn.files.push_back(numbered(command.out, frame, command.frames));
+    gpu::write_png(drawn.files.back().get<std::string>(), image.width, image.height, image.rgb8());
+  }
+  Row row = describe_picture(command, scene, device, file, (*renderer)->memory());
+  row["files"] = drawn.files;
+  row["first_frame_ms"] = drawn.ms;
+  row["median_ms"] = summarize(drawn.ms).median;
+  row["exact_after_frames"] = 1;
+  command.json ? print_json(row) : report(row);
+}
+
 void render(const RenderCommand& command) {
   const gpu::Scene scene = scene_for(command);
   check_access(command.access);
@@ -150,6 +204,12 @@ void render(const RenderCommand& command) {
   if (!file) fail_on_file(command.in, file.error());
   const auto decoder = codecs::open_decoder(*file);
   if (!decoder) fail_on_file(command.in, decoder.error());
+  if (file->stream.info.kind == volumes::VolumeKind::kScalars) {
+    render_scalars(command, scene, device, *file, **decoder);
+    return;
+  }
+  if (scene.materials.empty())
+    throw volumes::InputError(fmt::format("--scene {}: expected a scene with materials, which labels need", command.scene));
   const auto encoding = (*decoder)->gpu_encoding(command.brick, command.threads);
   if (!encoding) fail_on_file(command.in, encoding.error());
   gpu::RenderOptions options;
@@ -162,27 +222,13 @@ void render(const RenderCommand& command) {
   if (!renderer) fail_on_file(command.in, renderer.error());
   if (const auto shown = (*renderer)->set_scene(scene); !shown) fail_on_file(command.in, shown.error());
   const Drawn drawn = draw(command, scene, **renderer);
-  Row row;
-  row["device"] = {
-      {"name", device.report().name}, {"type", device.report().type}, {"driver", device.report().driver}};
-  row["codec"] = file->codec->traits().id;
-  row["extent"] = to_string(file->stream.info.extent);
-  row["scene"] = scene.name;
-  row["cache"] = command.access;
-  row["shading"] = gpu::name_of(scene.shading);
-  row["size"] = fmt::format("{}x{}", scene.width, scene.height);
+  Row row = describe_picture(command, scene, device, *file, (*renderer)->memory());
   row["samples"] = scene.accumulate;
   row["files"] = drawn.files;
   row["first_frame_ms"] = drawn.ms;
   row["median_ms"] = summarize(drawn.ms).median;
   row["exact_after_frames"] = *std::ranges::max_element(drawn.frames);
   row["start_s"] = (*renderer)->start_seconds();
-  std::uint64_t total = 0;
-  for (const gpu::MemoryUse& use : (*renderer)->memory()) {
-    row["gpu_uses"][use.use] = use.bytes;
-    total += use.bytes;
-  }
-  row["gpu_bytes"] = total;
   command.json ? print_json(row) : report(row);
 }
 

@@ -18,6 +18,7 @@
 
 #include "codecs/container.hpp"
 #include "experiments/stages/encoded_volume.hpp"
+#include "experiments/stages/render_parts.hpp"
 #include "experiments/stages/render_truth.hpp"
 #include "experiments/stages/stage_kinds.hpp"
 
@@ -25,7 +26,6 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr std::array kCheckedParts{0.0, 0.37, 0.81};
 constexpr double kJumpFrom = 0.0, kJumpTo = 0.5;
 constexpr double kErrorPart =
     0.37;  ///< where pictures with fewer levels or samples are compared with the best
@@ -39,10 +39,6 @@ constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
 constexpr std::uint32_t kFillingFrames = 2;
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
-
-Row psnr_or_null(const gpu::ImageDifference& difference) {
-  return difference.mse > 0 ? Row(difference.psnr) : Row(nullptr);
-}
 
 std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
   std::uint64_t count = 0;
@@ -66,18 +62,14 @@ struct PictureErrors {
   double largest = 0, mse = 0;
 };
 
-void add_frame(const gpu::FrameResult& result, const std::string& series, const std::string& passes,
-               std::vector<Sample>& samples) {
-  samples.push_back({series, result.gpu_seconds, result.host_seconds, result.incomplete});
-  for (const gpu::PassTime& pass : result.passes) samples.push_back({passes + pass.name, pass.seconds, 0, 0});
-}
-
 class RenderRun final : public StageRun {
  public:
   RenderRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
       : spec_(spec), truth_(truth), choice_(*spec_.render), scene_(scene_of(choice_)) {}
 
   Row prepare() override {
+    if (scene_.materials.empty())
+      throw StageFailure(kUnsupported, fmt::format("scene {} has no materials, which labels need", scene_.name));
     device_ = std::make_unique<gpu::Device>(gpu::DeviceOptions{.choice = choice_.device});
     const AlteredSource altered(truth_);
     const volumes::VolumeSource& source =
@@ -88,7 +80,7 @@ class RenderRun final : public StageRun {
     const auto encoding = checked(decoder->gpu_encoding(choice_.brick, cores()));
     renderer_ = make_renderer(encoding, false);
     Row parts;
-    parts["device"] = describe_device();
+    parts["device"] = describe_device(*device_);
     parts["verification"] = compare_with_truth(bytes.bytes(), truth_, spec_.threads);
     parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
     Row& start = parts["start"];
@@ -99,14 +91,7 @@ class RenderRun final : public StageRun {
     measure_jump(truth, parts);
     measure_error(truth, parts);
     count_work(truth, encoding, parts);
-    Row& memory = parts["memory"];
-    memory["gpu_bytes"] = 0;
-    std::uint64_t total = 0;
-    for (const gpu::MemoryUse& use : renderer_->memory()) {
-      memory["gpu_uses"][use.use] = use.bytes;
-      total += use.bytes;
-    }
-    memory["gpu_bytes"] = total;
+    parts["memory"] = describe_memory(renderer_->memory());
     return parts;
   }
 
@@ -118,24 +103,22 @@ class RenderRun final : public StageRun {
     double seconds = 0;
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
       for (std::uint32_t sample = 0; sample < choice_.ao_samples; ++sample) {
-        const gpu::FrameResult result = renderer_->render(camera_of(frame), sample == 0);
-        add_frame(result, "frame", "pass/", samples);
+        const gpu::FrameResult result = renderer_->render(camera_of_frame(scene_, frame), sample == 0);
+        add_frame(result, result.incomplete, "frame", "pass/", samples);
         seconds += result.gpu_seconds;
       }
     }
     samples.front() = watch.lap("path", std::uint64_t{scene_.frames} * choice_.ao_samples);
     samples.front().wall_seconds = seconds;
     if (choice_.held_frames > 0) fill_cache(*renderer_);
-    for (std::uint32_t frame = 0; frame < choice_.held_frames; ++frame)
-      add_frame(renderer_->render(held_camera()), "held", "held-pass/", samples);
+    for (std::uint32_t frame = 0; frame < choice_.held_frames; ++frame) {
+      const gpu::FrameResult result = renderer_->render(held_camera());
+      add_frame(result, result.incomplete, "held", "held-pass/", samples);
+    }
     return samples;
   }
 
  private:
-  gpu::Camera camera_of(std::uint32_t frame) const {
-    return scene_.path.at(scene_.frames > 1 ? static_cast<double>(frame) / (scene_.frames - 1) : 0);
-  }
-
   bool has_cache() const { return gpu::find_cache(choice_.access)->sized; }
 
   Shot held_shot() const { return {scene_.path.part_of(scene_.held), 1, scene_.lod_bias}; }
@@ -164,11 +147,6 @@ class RenderRun final : public StageRun {
     double seconds = 0;
     for (const gpu::PassTime& pass : checked(renderer.set_scene(scene_))) seconds += pass.seconds;
     return seconds;
-  }
-
-  Row describe_device() const {
-    const gpu::DeviceReport& report = device_->report();
-    return {{"name", report.name}, {"type", report.type}, {"driver", report.driver}, {"api", report.api}};
   }
 
   gpu::Settled settle(const Shot& shot) {
@@ -315,7 +293,7 @@ class RenderRun final : public StageRun {
             : Row(static_cast<double>(first["cells_decoded"]) / static_cast<double>(needed.distinct_cells));
     counting->clear_cache();
     counting->clear_counters();
-    for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(camera_of(frame));
+    for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(camera_of_frame(scene_, frame));
     for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
     if (choice_.held_frames > 0) count_held(*counting, parts["held"]);
   }

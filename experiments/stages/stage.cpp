@@ -47,7 +47,8 @@ std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec, const volumes::
     case Stage::kRandomAccess:
       return make_random_access_run(spec, truth);
     case Stage::kRender:
-      return make_render_run(spec, truth);
+      return truth.info().kind == volumes::VolumeKind::kScalars ? make_scalar_render_run(spec, truth)
+                                                                : make_render_run(spec, truth);
   }
   throw StageFailure(kUnsupported, "unknown stage");
 }

@@ -63,8 +63,11 @@ struct CacheTraits {
   std::string_view summary;
   bool sized;       ///< the cache size matters
   bool placeholders;  ///< a label that is not there yet is stood in for; pictures are exact only later
+  bool labels = true;    ///< serves label volumes
+  bool scalars = false;  ///< serves scalar volumes, by gpu/scalars/renderer.hpp, which knows how
   /// Why this mode cannot serve an encoding on a device; empty if it can.
   std::string (*refuses)(const codecs::GpuEncoding&, const DeviceLimits&);
+  /// Of modes that serve labels; else nullptr.
   volumes::Expected<std::unique_ptr<Cache>> (*make)(const CacheSetting&);
 };
 

@@ -12,9 +12,30 @@ CacheTraits brick_cache();
 CacheTraits cooperative_brick_cache();
 CacheTraits cooperative_shared_brick_cache();
 
+namespace {
+
+/// Deferred filtering of the transform vector quantisation paper.
+CacheTraits slice_ring() {
+  return {.id = "slices",
+          .summary = "scalars alone: slices are decoded into a ring of four, then filtered",
+          .sized = false,
+          .placeholders = false,
+          .labels = false,
+          .scalars = true,
+          .refuses = [](const codecs::GpuEncoding&, const DeviceLimits&) { return std::string("only scalar volumes are drawn by slices"); },
+          .make = nullptr};
+}
+
+}  // namespace
+
 std::span<const CacheTraits> all_caches() {
-  static const CacheTraits kCaches[] = {no_cache(),    voxel_cache(),             voxel_cache_with_empty_space(),
-                                        brick_cache(), cooperative_brick_cache(), cooperative_shared_brick_cache()};
+  static const CacheTraits kCaches[] = {no_cache(),
+                                        voxel_cache(),
+                                        voxel_cache_with_empty_space(),
+                                        brick_cache(),
+                                        cooperative_brick_cache(),
+                                        cooperative_shared_brick_cache(),
+                                        slice_ring()};
   return kCaches;
 }
 

@@ -26,6 +26,7 @@ CacheTraits no_cache() {
           .summary = "each access decodes",
           .sized = false,
           .placeholders = false,
+          .scalars = true,
           .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits&) {
             return encoding.voxel_access ? std::string() : "the codec decodes whole bricks, not single voxels";
           },

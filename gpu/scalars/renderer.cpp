@@ -39,14 +39,9 @@ void store(const Vector3& v, float (&out)[3]) {
 
 }  // namespace
 
-const SampleAccess* find_sample_access(std::string_view id) {
-  const auto found = std::ranges::find(kSampleAccesses, id, &SampleAccess::id);
-  return found == kSampleAccesses.end() ? nullptr : &*found;
-}
-
 struct ScalarRenderer::Impl {
-  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i, const SampleAccess& a, std::uint32_t w, std::uint32_t h)
-      : device(d), info(i), access(a), width(w), height(h), commands(d, sizeof(ScalarFrame)), samples(s) {}
+  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i, bool from_ring, std::uint32_t w, std::uint32_t h)
+      : device(d), info(i), ring_of_slices(from_ring), width(w), height(h), commands(d, sizeof(ScalarFrame)), samples(s) {}
 
   Expected<void> upload();
   Expected<void> make_kernels();
@@ -58,7 +53,7 @@ struct ScalarRenderer::Impl {
 
   Device& device;
   volumes::VolumeInfo info;
-  SampleAccess access;
+  bool ring_of_slices;
   std::uint32_t width, height;
   Commands commands;
   codecs::GpuSamples samples;  ///< without the buffers' bytes once they are uploaded
@@ -93,7 +88,7 @@ Expected<void> ScalarRenderer::Impl::upload() {
     std::uint64_t bytes;
     const char* use;
     std::uint64_t& address;
-  } pieces[] = {{ring, access.ring ? 16 * largest_slice : 0, "slices", frame.ring},
+  } pieces[] = {{ring, ring_of_slices ? 16 * largest_slice : 0, "slices", frame.ring},
                 {colours, std::uint64_t{width} * height * 16, "image", frame.colours},
                 {transfer, kTransferEntries * 16, "transfer function", frame.transfer}};
   for (const auto& piece : pieces) {
@@ -120,8 +115,8 @@ Expected<void> ScalarRenderer::Impl::make_kernels() {
     source.texts.emplace_back(path);
     return std::make_unique<Kernel>(device, commands, source);
   };
-  if (access.ring) decode = kernel("shaders/scalars/slice.comp", false);
-  composite = kernel("shaders/scalars/composite.comp", access.ring);
+  if (ring_of_slices) decode = kernel("shaders/scalars/slice.comp", false);
+  composite = kernel("shaders/scalars/composite.comp", ring_of_slices);
   return {};
 }
 
@@ -183,11 +178,11 @@ void ScalarRenderer::Impl::draw_directly(std::uint32_t first, std::uint32_t last
 Expected<std::unique_ptr<ScalarRenderer>> ScalarRenderer::make(Device& device, const codecs::GpuSamples& samples,
                                                                const volumes::VolumeInfo& info, std::string_view access,
                                                                std::uint32_t width, std::uint32_t height) {
-  const SampleAccess* found = find_sample_access(access);
-  if (found == nullptr) return fail(ErrorCode::kBadArgument, fmt::format("no access mode of scalars '{}'", access));
+  if (access != "none" && access != "slices")
+    return fail(ErrorCode::kUnsupported, fmt::format("scalar volumes are drawn by none or slices, not by {}", access));
   if (width == 0 || height == 0 || width > kLargestImage || height > kLargestImage)
     return fail(ErrorCode::kBadArgument, fmt::format("expected a picture of 1 to {} pixels a side, found {}x{}", kLargestImage, width, height));
-  auto impl = std::make_unique<Impl>(device, samples, info, *found, width, height);
+  auto impl = std::make_unique<Impl>(device, samples, info, access == "slices", width, height);
   const double begin = now();
   if (auto done = impl->upload(); !done) return tl::unexpected(done.error());
   const double uploaded = now();
@@ -227,7 +222,7 @@ ScalarFrameResult ScalarRenderer::render(const Camera& camera, std::uint32_t fir
   my.commands.pass("render");
   if (first == last) {  // one slice has no slab: the background alone
     my.commands.dispatch(*my.composite, my.groups(std::uint64_t{my.width} * my.height), {0, 0, 1, 1});
-  } else if (my.access.ring) {
+  } else if (my.ring_of_slices) {
     result.decoded = my.draw_from_ring(first, last);
   } else {
     my.draw_directly(first, last);

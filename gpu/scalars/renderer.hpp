@@ -15,16 +15,6 @@
 
 namespace cvr::gpu {
 
-/// How samples get at values.
-struct SampleAccess {
-  std::string_view id, summary;
-  bool ring;  ///< of four decoded slices
-};
-inline constexpr std::array kSampleAccesses{
-    SampleAccess{"none", "each sample decodes the voxels that it needs", false},
-    SampleAccess{"slices", "deferred filtering: slices are decoded into a ring of four", true}};
-const SampleAccess* find_sample_access(std::string_view id);
-
 struct ScalarFrameResult {
   std::vector<PassTime> passes;  ///< the whole frame is one pass, "render"; slices are decoded and drawn in turn
   double gpu_seconds = 0;
@@ -34,7 +24,8 @@ struct ScalarFrameResult {
 
 class ScalarRenderer {
  public:
-  /// `samples` and its buffers outlive the call only. kUnsupported where a device limit stands against it, kBadArgument for an unknown access.
+  /// `samples` and its buffers outlive the call only. `access`: "none" (each sample decodes what it needs) or "slices" (deferred filtering).
+  /// kUnsupported for other access modes and where a device limit stands against it, kBadArgument for a picture without or with too many pixels.
   static volumes::Expected<std::unique_ptr<ScalarRenderer>> make(Device& device, const codecs::GpuSamples& samples,
                                                                  const volumes::VolumeInfo& info, std::string_view access,
                                                                  std::uint32_t width, std::uint32_t height);

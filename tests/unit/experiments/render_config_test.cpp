@@ -18,7 +18,8 @@ using testing::EndsWith;
 using testing::HasSubstr;
 
 constexpr const char* kDatasets =
-    "blob: {title: B, kind: labels, type: u32, extent: [10, 20, 30], generator: cells, seed: 1}\n";
+    "blob: {title: B, kind: labels, type: u32, extent: [10, 20, 30], generator: cells, seed: 1}\n"
+    "cloud: {title: C, kind: scalars, type: u8, extent: [10, 20, 30], file: cloud.h5}\n";
 constexpr const char* kScene =
     "title: S\nkeys: [{eye: [0, 0, 2]}]\nframes: 5\nsize: [80, 60]\nmaterials: [{labels: all}]\nshading: "
     "shadow\nlod_bias: 0.5\n";
@@ -30,9 +31,10 @@ class RenderConfig : public testing::Test {
     scene_ = folder_.write("still.yaml", kScene);
   }
   /// A configuration with one block of the render stage; `keys` are lines of it.
-  Config load(const std::string& keys, const std::string& after = "", const std::string& codecs = "[raw]") {
+  Config load(const std::string& keys, const std::string& after = "", const std::string& codecs = "[raw]",
+              const std::string& dataset = "blob") {
     const std::string text =
-        "matrix:\n  - datasets: [blob]\n    codecs: " + codecs + "\n    stages: [render]\n" + keys + after;
+        "matrix:\n  - datasets: [" + dataset + "]\n    codecs: " + codecs + "\n    stages: [render]\n" + keys + after;
     return load_config(folder_.write("c.yaml", text), Catalogue::from_folder(folder_ / "datasets"), {});
   }
   std::string scene_line() const { return "    scenes: [" + scene_ + "]\n"; }
@@ -102,8 +104,51 @@ TEST_F(RenderConfig, HeldFramesAreThoseOfOneKey) {
   }
 }
 
-TEST_F(RenderConfig, AllMeansAllAccessModes) {
-  EXPECT_EQ(load(scene_line() + "    caches: all\n").cells.size(), gpu::all_caches().size());
+TEST_F(RenderConfig, AllMeansTheAccessModesThatServeTheVolume) {
+  const auto modes = [&](const char* name) {
+    std::set<std::string> ids;
+    for (const Cell& cell : load(scene_line() + "    caches: all\n", "", "[raw]", name).cells) ids.insert(cell.render->access);
+    return ids;
+  };
+  std::set<std::string> labels, scalars;
+  for (const gpu::CacheTraits& cache : gpu::all_caches()) {
+    if (cache.labels) labels.emplace(cache.id);
+    if (cache.scalars) scalars.emplace(cache.id);
+  }
+  EXPECT_EQ(modes("blob"), labels);
+  EXPECT_EQ(modes("cloud"), scalars);
+  EXPECT_EQ(scalars, (std::set<std::string>{"none", "slices"}));
+}
+
+TEST_F(RenderConfig, ProgressiveStepsMultiply) {
+  const Config config = load(scene_line() + "    caches: [slices]\n    steps: [0, 3]\n", "", "[raw]", "cloud");
+  ASSERT_EQ(config.cells.size(), 2u);
+  EXPECT_EQ(config.cells[0].render->step, 0u);
+  EXPECT_EQ(config.cells[1].render->label("step"), "3");
+  EXPECT_NE(config.cells[0].row_key(), config.cells[1].row_key());
+  EXPECT_EQ(load(scene_line() + "    caches: [slices]\n", "", "[raw]", "cloud").cells[0].render->step, std::nullopt);
+}
+
+TEST_F(RenderConfig, ScenesOfScalarsHaveATransferFunction) {
+  const std::string begin = "title: S\nkeys: [{eye: [0, 0, 2]}]\n";
+  const gpu::Scene scene = load_scene(folder_.write(
+      "t.yaml", begin + "transfer: [{value: 0, colour: [1, 2, 3], density: 0}, {value: 1, colour: [4, 5, 6], density: 2}]\nslice_samples: 3\n"));
+  ASSERT_EQ(scene.transfer.size(), 2u);
+  EXPECT_EQ(scene.transfer[1].colour, (std::array<std::uint8_t, 3>{4, 5, 6}));
+  EXPECT_EQ(scene.transfer[1].density, 2);
+  EXPECT_EQ(scene.slice_samples, 3u);
+  const auto error_of = [&](const std::string& rest) -> std::string {
+    try {
+      load_scene(folder_.write("e.yaml", begin + rest));
+    } catch (const volumes::InputError& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(error_of(""), HasSubstr("materials (of labels) or transfer (of scalars)"));
+  EXPECT_THAT(error_of("transfer: [{value: 0.5, colour: [1, 2, 3], density: 0}, {value: 0.5, colour: [4, 5, 6], density: 2}]\n"),
+              HasSubstr("e.yaml:3:57: expected a value above that of the point before, 0.5, found 0.5"));
+  EXPECT_THAT(error_of("transfer: [{value: 2, colour: [1, 2, 3], density: 0}]\n"), HasSubstr("e.yaml:3:20: expected a number in 0..1"));
 }
 
 TEST_F(RenderConfig, ACodecsOwnBrickIsThatOfTheCell) {

@@ -1,0 +1,54 @@
+// What the stages that draw labels and scalars have in common: cameras, rows of devices, memory and differences, samples of frames.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "experiments/stages/stage.hpp"
+#include "gpu/caches/cache.hpp"
+#include "gpu/image.hpp"
+#include "gpu/scene.hpp"
+#include "gpu/vulkan/device.hpp"
+
+namespace cvr::experiments {
+
+inline constexpr std::array kCheckedParts{0.0, 0.37, 0.81};  ///< of the camera path, where pictures are compared
+
+/// The camera of a frame of the path.
+inline gpu::Camera camera_of_frame(const gpu::Scene& scene, std::uint32_t frame) {
+  return scene.path.at(scene.frames > 1 ? static_cast<double>(frame) / (scene.frames - 1) : 0);
+}
+
+inline Row describe_device(const gpu::Device& device) {
+  const gpu::DeviceReport& report = device.report();
+  return {{"name", report.name}, {"type", report.type}, {"driver", report.driver}, {"api", report.api}};
+}
+
+inline Row describe_memory(const std::vector<gpu::MemoryUse>& uses) {
+  Row memory;
+  memory["gpu_bytes"] = 0;
+  std::uint64_t total = 0;
+  for (const gpu::MemoryUse& use : uses) {
+    memory["gpu_uses"][use.use] = use.bytes;
+    total += use.bytes;
+  }
+  memory["gpu_bytes"] = total;
+  return memory;
+}
+
+/// A PSNR has no number where the pictures are equal.
+inline Row psnr_or_null(const gpu::ImageDifference& difference) {
+  return difference.mse > 0 ? Row(difference.psnr) : Row(nullptr);
+}
+
+/// The samples of one frame: its time, and that of each of its passes as `passes` + name. `incomplete`: pixels that met a placeholder.
+template <class Frame>
+void add_frame(const Frame& frame, std::uint32_t incomplete, const std::string& series, const std::string& passes,
+               std::vector<Sample>& samples) {
+  samples.push_back({series, frame.gpu_seconds, frame.host_seconds, incomplete});
+  for (const gpu::PassTime& pass : frame.passes) samples.push_back({passes + pass.name, pass.seconds, 0, 0});
+}
+
+}  // namespace cvr::experiments
