@@ -175,7 +175,8 @@ void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device&
   const codecs::ProgressiveAccess* progressive = decoder.progressive_access();
   const auto samples = decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1);
   if (!samples) fail_on_file(command.in, samples.error());
-  const auto renderer = gpu::ScalarRenderer::make(device, *samples, file.stream.info, command.access, scene.width, scene.height);
+  const auto renderer = gpu::ScalarRenderer::make(device, *samples, file.stream.info,
+                                                  {.access = command.access, .cache_bytes = command.cache_mib << 20, .width = scene.width, .height = scene.height});
   if (!renderer) fail_on_file(command.in, renderer.error());
   volumes::VolumeSink sink(file.stream.info);
   if (const auto done = decoder.decode(0, command.threads, sink); !done) fail_on_file(command.in, done.error());

@@ -60,7 +60,10 @@ class ScalarRenderRun final : public StageRun {
     }
     const unsigned step = choice_.step ? *choice_.step : progressive == nullptr ? 0 : progressive->steps() - 1;
     renderer_ = checked(gpu::ScalarRenderer::make(*device_, checked(decoder->gpu_samples(step)), truth_.info(),
-                                                  choice_.access, choice_.width, choice_.height));
+                                                  {.access = choice_.access,
+                                                   .cache_bytes = choice_.cache_mib << 20,
+                                                   .width = choice_.width,
+                                                   .height = choice_.height}));
     const volumes::Volume original = volumes::read_all(truth_);
     const gpu::ValueRange range = gpu::value_range(original);
     renderer_->set_scene(scene_, range);

@@ -17,8 +17,8 @@ namespace {
 /// Deferred filtering of the transform vector quantisation paper.
 CacheTraits slice_ring() {
   return {.id = "slices",
-          .summary = "scalars alone: slices are decoded into a ring of four, then filtered",
-          .sized = false,
+          .summary = "scalars alone: slices are decoded into a ring of four or more, then filtered",
+          .sized = true,
           .placeholders = false,
           .labels = false,
           .scalars = true,

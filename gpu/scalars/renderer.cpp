@@ -19,12 +19,12 @@ using volumes::ErrorCode;
 using volumes::Expected;
 using volumes::fail;
 
-constexpr std::uint32_t kGroup = 64;
+constexpr std::uint32_t kGroup = 256;
 constexpr std::uint32_t kLargestImage = 16384;
 /// Loops of one sample: eight corners and 4^3 neighbours (shaders/scalars/composite.comp).
 constexpr std::uint32_t kSampleLoops = 1 + 8 + 64;
-/// Slices decoded ahead of the slab that needs them; with the one before it the ring is full.
-constexpr std::uint32_t kAhead = 3;
+/// Slices in the ring besides one for each slab that is drawn at a time.
+constexpr std::uint32_t kAround = 3;
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -40,19 +40,21 @@ void store(const Vector3& v, float (&out)[3]) {
 }  // namespace
 
 struct ScalarRenderer::Impl {
-  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i, bool from_ring, std::uint32_t w, std::uint32_t h)
-      : device(d), info(i), ring_of_slices(from_ring), width(w), height(h), commands(d, sizeof(ScalarFrame)), samples(s) {}
+  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i, const ScalarRenderOptions& o)
+      : device(d), info(i), options(o), ring_of_slices(o.access == "slices"), width(o.width), height(o.height), commands(d, sizeof(ScalarFrame)), samples(s) {}
 
   Expected<void> upload();
   Expected<void> make_kernels();
   Expected<DeviceBuffer> make_buffer(std::uint64_t bytes, const std::string& use);
   void describe_camera(const Camera& camera);
   std::uint64_t draw_from_ring(std::uint32_t first, std::uint32_t last);
-  void draw_directly(std::uint32_t first, std::uint32_t last);
+  void decode_slices(std::uint32_t first, std::uint32_t last);
+  void composite_slabs(std::uint32_t first, std::uint32_t last, bool begins, bool ends);
   std::uint32_t groups(std::uint64_t invocations) const { return static_cast<std::uint32_t>((invocations + kGroup - 1) / kGroup); }
 
   Device& device;
   volumes::VolumeInfo info;
+  ScalarRenderOptions options;
   bool ring_of_slices;
   std::uint32_t width, height;
   Commands commands;
@@ -83,12 +85,15 @@ Expected<void> ScalarRenderer::Impl::upload() {
   }
   const volumes::Extent& e = info.extent;
   const std::uint64_t largest_slice = std::max({e.x * e.y, e.x * e.z, e.y * e.z});
+  const std::uint64_t slices = std::clamp<std::uint64_t>(options.cache_bytes / (4 * largest_slice), kAround + 1,
+                                                         std::max<std::uint64_t>(kAround + 1, std::max({e.x, e.y, e.z})));
+  frame.ring_slices = static_cast<std::uint32_t>(slices);
   const struct {
     DeviceBuffer& buffer;
     std::uint64_t bytes;
     const char* use;
     std::uint64_t& address;
-  } pieces[] = {{ring, ring_of_slices ? 16 * largest_slice : 0, "slices", frame.ring},
+  } pieces[] = {{ring, ring_of_slices ? 4 * largest_slice * slices : 0, "slices", frame.ring},
                 {colours, std::uint64_t{width} * height * 16, "image", frame.colours},
                 {transfer, kTransferEntries * 16, "transfer function", frame.transfer}};
   for (const auto& piece : pieces) {
@@ -98,14 +103,14 @@ Expected<void> ScalarRenderer::Impl::upload() {
     piece.buffer = std::move(*buffer);
     piece.address = piece.buffer.address();
   }
-  if (groups(kAhead * largest_slice) > device.limits().groups || groups(std::uint64_t{width} * height) > device.limits().groups)
+  if (groups(largest_slice) > device.limits().groups || groups(std::uint64_t{width} * height) > device.limits().groups)
     return fail(ErrorCode::kUnsupported, "a slice or the picture needs more workgroups than the device's maxComputeWorkGroupCount");
   return {};
 }
 
 Expected<void> ScalarRenderer::Impl::make_kernels() {
   KernelSource text{.name = {}, .definitions = {}, .texts = {"shaders/scalars/frame.glsl", "shaders/shared/portable.glsl"}};
-  text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)}};
+  text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)}, {"CVR_GROUP", std::to_string(kGroup)}};
   for (const auto& [name, value] : samples.constants) text.definitions.emplace_back(name, std::to_string(value));
   text.texts.push_back(fmt::format("shaders/scalars/{}.glsl", samples.decoder));
   const auto kernel = [&](const char* path, bool from_ring) {
@@ -145,44 +150,52 @@ void ScalarRenderer::Impl::describe_camera(const Camera& camera) {
   frame.backwards = order.backwards ? 1 : 0;
 }
 
-std::uint64_t ScalarRenderer::Impl::draw_from_ring(std::uint32_t first, std::uint32_t last) {
-  const std::uint32_t count = frame.slices[2];
+/// Slices [first, last) in the view's order, in as many dispatches as the device asks for.
+void ScalarRenderer::Impl::decode_slices(std::uint32_t first, std::uint32_t last) {
   const std::uint64_t area = std::uint64_t{frame.slices[0]} * frame.slices[1];
-  const std::uint32_t pixels = width * height;
-  // Slices in the view's order: slab m lies between slices m and m + 1, and needs m - 1 to m + 2.
-  std::uint32_t have = first > 0 ? first - 1 : 0;
-  std::uint64_t decoded = 0;
-  for (std::uint32_t slab = first; slab < last; ++slab) {
-    const std::uint32_t need = std::min(slab + kAhead, count);
-    if (need > have) {
-      const std::uint32_t from = frame.backwards != 0 ? count - need : have;
-      const std::uint32_t to = frame.backwards != 0 ? count - have : need;
-      commands.dispatch(*decode, groups(area * (to - from)), {from, to, 0, 0});
-      decoded += area * (to - from);
-      have = need;
-    }
-    commands.dispatch(*composite, groups(pixels), {slab, slab + 1, slab == first ? 1u : 0u, slab + 1 == last ? 1u : 0u});
+  const auto at_a_time = static_cast<std::uint32_t>(kGroup * std::uint64_t{device.limits().groups} / area);
+  const std::uint32_t count = frame.slices[2];
+  for (std::uint32_t from = first; from < last; from += std::min(at_a_time, last - from)) {
+    const std::uint32_t to = from + std::min(at_a_time, last - from);
+    const std::uint32_t begin = frame.backwards != 0 ? count - to : from;
+    commands.dispatch(*decode, groups(area * (to - from)), {begin, begin + (to - from), 0, 0});
   }
-  return decoded;
 }
 
-void ScalarRenderer::Impl::draw_directly(std::uint32_t first, std::uint32_t last) {
-  const std::uint32_t slabs = std::max(1u, device.limits().loop_iterations / 2 / (kSampleLoops * frame.samples));
-  for (std::uint32_t from = first; from < last; from += slabs) {
-    const std::uint32_t to = std::min(last, from + slabs);
-    commands.dispatch(*composite, groups(std::uint64_t{width} * height), {from, to, from == first ? 1u : 0u, to == last ? 1u : 0u});
-    if (to == last) break;
+/// Slabs [first, last) of the frame's [0 .. end); what is in the ring suffices.
+void ScalarRenderer::Impl::composite_slabs(std::uint32_t first, std::uint32_t last, bool begins, bool ends) {
+  const std::uint32_t at_a_time = std::max(1u, device.limits().loop_iterations / 2 / (kSampleLoops * frame.samples));
+  for (std::uint32_t from = first; from < last; from += std::min(at_a_time, last - from)) {
+    const std::uint32_t to = from + std::min(at_a_time, last - from);
+    commands.dispatch(*composite, groups(std::uint64_t{width} * height),
+                      {from, to, begins && from == first ? 1u : 0u, ends && to == last ? 1u : 0u});
   }
+}
+
+/// Slab m lies between slices m and m + 1 and needs m - 1 to m + 2, in the view's order.
+std::uint64_t ScalarRenderer::Impl::draw_from_ring(std::uint32_t first, std::uint32_t last) {
+  const std::uint32_t count = frame.slices[2];
+  const std::uint32_t batch = frame.ring_slices - kAround;
+  std::uint32_t have = first > 0 ? first - 1 : 0;
+  const std::uint32_t begin = have;
+  for (std::uint32_t slab = first; slab < last; slab += std::min(batch, last - slab)) {
+    const std::uint32_t next = slab + std::min(batch, last - slab);
+    const std::uint32_t need = std::min(next + 2, count);
+    decode_slices(have, need);
+    have = need;
+    composite_slabs(slab, next, slab == first, next == last);
+  }
+  return std::uint64_t{frame.slices[0]} * frame.slices[1] * (have - begin);
 }
 
 Expected<std::unique_ptr<ScalarRenderer>> ScalarRenderer::make(Device& device, const codecs::GpuSamples& samples,
-                                                               const volumes::VolumeInfo& info, std::string_view access,
-                                                               std::uint32_t width, std::uint32_t height) {
+                                                               const volumes::VolumeInfo& info, const ScalarRenderOptions& options) {
+  const auto& [access, cache_bytes, width, height] = options;
   if (access != "none" && access != "slices")
     return fail(ErrorCode::kUnsupported, fmt::format("scalar volumes are drawn by none or slices, not by {}", access));
   if (width == 0 || height == 0 || width > kLargestImage || height > kLargestImage)
     return fail(ErrorCode::kBadArgument, fmt::format("expected a picture of 1 to {} pixels a side, found {}x{}", kLargestImage, width, height));
-  auto impl = std::make_unique<Impl>(device, samples, info, access == "slices", width, height);
+  auto impl = std::make_unique<Impl>(device, samples, info, options);
   const double begin = now();
   if (auto done = impl->upload(); !done) return tl::unexpected(done.error());
   const double uploaded = now();
@@ -225,7 +238,7 @@ ScalarFrameResult ScalarRenderer::render(const Camera& camera, std::uint32_t fir
   } else if (my.ring_of_slices) {
     result.decoded = my.draw_from_ring(first, last);
   } else {
-    my.draw_directly(first, last);
+    my.composite_slabs(first, last, true, true);
   }
   result.passes = my.commands.submit();
   for (const PassTime& pass : result.passes) result.gpu_seconds += pass.seconds;

@@ -1,6 +1,6 @@
 // The renderer of scalar volumes (transform vector quantisation paper, deferred filtering): slices along the axis nearest to the view are
-// decoded into a ring of four, from which values are interpolated and gradients taken; or, for comparison, every sample decodes the
-// voxels that it needs. Both draw the same picture (gpu/IMAGE.md, Scalars).
+// decoded into a ring, from which values are interpolated and gradients taken; or, for comparison, every sample decodes the voxels that
+// it needs. The paper's ring has the four slices that one slab needs; a larger one draws several slabs at a time. Both draw the same picture (gpu/IMAGE.md, Scalars).
 #pragma once
 
 #include <memory>
@@ -22,13 +22,17 @@ struct ScalarFrameResult {
   std::uint64_t decoded = 0;     ///< voxels decoded into slices
 };
 
+struct ScalarRenderOptions {
+  std::string access = "slices";  ///< "none": each sample decodes what it needs; "slices": deferred filtering
+  std::uint64_t cache_bytes = 0;  ///< what the ring may take; it has four slices at least, at most those of the volume
+  std::uint32_t width = 640, height = 360;
+};
+
 class ScalarRenderer {
  public:
-  /// `samples` and its buffers outlive the call only. `access`: "none" (each sample decodes what it needs) or "slices" (deferred filtering).
-  /// kUnsupported for other access modes and where a device limit stands against it, kBadArgument for a picture without or with too many pixels.
+  /// `samples` and its buffers outlive the call only. kUnsupported for other access modes and where a device limit stands against it, kBadArgument for a picture without or with too many pixels.
   static volumes::Expected<std::unique_ptr<ScalarRenderer>> make(Device& device, const codecs::GpuSamples& samples,
-                                                                 const volumes::VolumeInfo& info, std::string_view access,
-                                                                 std::uint32_t width, std::uint32_t height);
+                                                                 const volumes::VolumeInfo& info, const ScalarRenderOptions& options);
   ~ScalarRenderer();
 
   /// `range`: what the ends of the transfer function mean.

@@ -2,7 +2,7 @@
 // cvr_push.x, .y: slabs, counted in the order of the view, from the first to the one behind the last; .z: 1 in the first dispatch of a
 // frame, .w: 1 in the last.
 //   CVR_FROM_RING   values come from the ring of decoded slices: deferred filtering. Else each is decoded where it is needed.
-layout(local_size_x = 64) in;
+layout(local_size_x = CVR_GROUP) in;
 
 const float CVR_LEAST_TRANSMITTANCE = 1.0 / 256.0;
 const float CVR_LEAST_ALONG = 1.0 / 1024.0;  // of a direction along the slice axis against its largest component
@@ -12,7 +12,7 @@ float cvr_value(ivec3 voxel) {
   uvec3 at = uvec3(clamp(voxel, ivec3(0), last));
 #ifdef CVR_FROM_RING
   uint row = cvr_frame.slices[0];
-  return Floats(cvr_frame.ring).f[at.x + row * (at.y + cvr_frame.slices[1] * (at.z & 3u))];
+  return Floats(cvr_frame.ring).f[at.x + row * (at.y + cvr_frame.slices[1] * (at.z % cvr_frame.ring_slices))];
 #else
   return cvr_sample(cvr_voxel(at.x, at.y, at.z));
 #endif

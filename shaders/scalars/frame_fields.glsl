@@ -2,7 +2,7 @@
 //
 // Slice space: axes (p, q, s), s the axis of the slices, p and q the two others in their order; in voxels, voxel centres at integers.
   uint64_t encoding[6];  // the codec's buffers
-  uint64_t ring;         // float a voxel: four slices, slice s at s & 3
+  uint64_t ring;         // float a voxel: ring_slices slices, slice s at s modulo their number
   uint64_t colours;      // 4 floats a pixel: colour so far, transmittance
   uint64_t transfer;     // 4 floats an entry: red, green, blue, density a world unit
   uint extent[3];        // of the volume along x, y, z
@@ -11,6 +11,7 @@
   uint backwards;        // 1: the view meets the last slice first
   uint width;
   uint height;
+  uint ring_slices;
   uint samples;          // planes a slab between two slices
   float eye[3];          // in slice space
   float towards[3];      // direction of the picture's centre

@@ -50,13 +50,13 @@ Scene scalar_scene(std::uint32_t slice_samples = 1) {
   return scene;
 }
 
-Image draw_scalars(const Volume& volume, const std::string& access, const Scene& scene, const Camera& camera) {
+Image draw_scalars(const Volume& volume, const std::string& access, const Scene& scene, const Camera& camera, std::uint64_t cache_bytes = 0) {
   const volumes::MemorySource source(volume);
   const auto encoded = codecs::encode(codecs::raw_codec(), source, {}, 1).value();
   const auto file = codecs::open_file(encoded.bytes.bytes()).value();
   const auto decoder = codecs::open_decoder(file).value();
   const auto samples = decoder->gpu_samples(0).value();
-  auto renderer = gpu::ScalarRenderer::make(device(), samples, volume.info(), access, scene.width, scene.height).value();
+  auto renderer = gpu::ScalarRenderer::make(device(), samples, volume.info(), {access, cache_bytes, scene.width, scene.height}).value();
   renderer->set_scene(scene, gpu::value_range(volume));
   renderer->render(camera);
   return renderer->read_image();
@@ -71,7 +71,9 @@ void expect_pictures(const Volume& volume, const Scene& scene, const Camera& cam
   const Image truth = render_scalars(volume, scene, gpu::value_range(volume), camera, 2);
   const Image direct = draw_scalars(volume, "none", scene, camera);
   EXPECT_GT(psnr(truth, direct), kLeastPsnr) << what;
-  EXPECT_TRUE(gpu::compare(direct, draw_scalars(volume, "slices", scene, camera)).identical()) << what;
+  const std::uint64_t slice = 4 * volume.extent().x * volume.extent().y;
+  for (const std::uint64_t cache : {std::uint64_t{0}, 7 * slice, 1000 * slice})
+    EXPECT_TRUE(gpu::compare(direct, draw_scalars(volume, "slices", scene, camera, cache)).identical()) << what << ", ring of " << cache;
 }
 
 TEST(Scalars, EveryTypeIsDrawn) {
@@ -124,7 +126,7 @@ TEST(Scalars, SlabsThatAreDrawnAloneAddUp) {
   const auto decoder = codecs::open_decoder(file).value();
   const auto samples = decoder->gpu_samples(0).value();
   const Scene scene = scalar_scene();
-  auto renderer = gpu::ScalarRenderer::make(device(), samples, volume.info(), "slices", scene.width, scene.height).value();
+  auto renderer = gpu::ScalarRenderer::make(device(), samples, volume.info(), {"slices", 0, scene.width, scene.height}).value();
   renderer->set_scene(scene, gpu::value_range(volume));
   const Camera camera{.eye = {0.1, 0.2, 1.7}};
   EXPECT_EQ(renderer->render(camera).decoded, volume.extent().voxels());
@@ -134,8 +136,8 @@ TEST(Scalars, SlabsThatAreDrawnAloneAddUp) {
 TEST(Scalars, RefusesWhatIsNotThere) {
   const Volume volume = blobs({8, 8, 8}, VoxelType::kU8);
   const codecs::GpuSamples samples{.decoder = "raw", .constants = {{"CVR_RAW_SCALAR", 0}}, .buffers = {}};
-  EXPECT_FALSE(gpu::ScalarRenderer::make(device(), samples, volume.info(), "brick", 8, 8).has_value());
-  EXPECT_FALSE(gpu::ScalarRenderer::make(device(), samples, volume.info(), "none", 0, 8).has_value());
+  EXPECT_FALSE(gpu::ScalarRenderer::make(device(), samples, volume.info(), {"brick", 0, 8, 8}).has_value());
+  EXPECT_FALSE(gpu::ScalarRenderer::make(device(), samples, volume.info(), {"none", 0, 0, 8}).has_value());
 }
 
 }  // namespace
