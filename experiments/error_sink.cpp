@@ -8,28 +8,6 @@ namespace cvr::experiments {
 
 using volumes::VoxelType;
 
-namespace {
-
-template <class F>
-void with_voxel_type(VoxelType type, F&& f) {
-  switch (type) {
-    case VoxelType::kU8:
-      return f.template operator()<std::uint8_t>();
-    case VoxelType::kU16:
-      return f.template operator()<std::uint16_t>();
-    case VoxelType::kU32:
-      return f.template operator()<std::uint32_t>();
-    case VoxelType::kU64:
-      return f.template operator()<std::uint64_t>();
-    case VoxelType::kI16:
-      return f.template operator()<std::int16_t>();
-    case VoxelType::kF32:
-      return f.template operator()<float>();
-  }
-}
-
-}  // namespace
-
 std::byte* ErrorSink::begin(std::uint64_t z0, std::uint64_t z1) {
   const volumes::VolumeInfo& info = truth_.info();
   slab_.resize((z1 - z0) * info.extent.x * info.extent.y * size_of(info.type));
@@ -40,7 +18,7 @@ void ErrorSink::end(std::uint64_t z0, std::uint64_t z1) {
   const volumes::VolumeInfo& info = truth_.info();
   const std::byte* truth = reader_.read(z0, z1);
   const std::uint64_t count = (z1 - z0) * info.extent.x * info.extent.y;
-  with_voxel_type(info.type, [&]<class T>() {
+  volumes::with_voxel_type(info.type, [&]<class T>() {
     for (std::uint64_t i = 0; i < count; ++i) {
       T a, b;
       std::memcpy(&a, truth + i * sizeof(T), sizeof(T));
