@@ -2,12 +2,15 @@
 
 #include <array>
 
+#include "codecs/astc/astc.hpp"
+#include "codecs/bc4/bc4.hpp"
 #include "codecs/compresso/compresso.hpp"
 #include "codecs/csgv/csgv.hpp"
 #include "codecs/csgvr/csgvr.hpp"
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
 #include "codecs/raw/raw.hpp"
+#include "codecs/zfp/zfp.hpp"
 
 namespace cvr::codecs {
 
@@ -25,6 +28,9 @@ std::span<const Codec* const> all_codecs() {
       &csgvr_nibble_codec(),
       &csgvr_codec(),
       &csgvr_sb_codec(),
+      &zfp_codec(),
+      &astc_codec(),
+      &bc4_codec(),
   };
   return kCodecs;
 }

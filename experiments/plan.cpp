@@ -37,9 +37,7 @@ std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info
     return "";
   }
   if (cell.stage != Stage::kRandomAccess) return "";
-  if (traits.access == codecs::Granularity::kVolume) return "no access to single voxels";
-  if (info.kind == volumes::VolumeKind::kScalars) return "access to single voxels is for label volumes";
-  return "";
+  return traits.access == codecs::Granularity::kVolume ? "no access to single voxels" : "";
 }
 
 void expect_from_model(const Config& config, PlannedCell& planned) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "experiments/error_sink.hpp"
 #include "experiments/frame_times.hpp"
 #include "experiments/provenance.hpp"
 
@@ -14,9 +15,6 @@ namespace cvr::experiments {
 namespace {
 
 constexpr int kSchemaVersion = 1;
-
-/// JSON has no infinity: null says that there is no number.
-Row finite_or_null(double value) { return std::isfinite(value) ? Row(value) : Row(nullptr); }
 
 Row describe(const std::vector<double>& samples) {
   const Statistics s = summarize(samples);
@@ -114,6 +112,8 @@ void add_times(const PlannedCell& planned, const Measured& measured, const std::
     const double rate = median > 0 ? 1 / median : std::numeric_limits<double>::infinity();
     time["gb_per_s"] = finite_or_null(1e-9 * static_cast<double>(info.bytes()) * rate);
     time["mvoxel_per_s"] = finite_or_null(1e-6 * static_cast<double>(info.extent.voxels()) * rate);
+    for (std::size_t step = 1; step < measured.series.size(); ++step)
+      row["steps"][step - 1]["seconds"] = describe(measured.series[step].wall_seconds);
     return;
   }
   row["access"] = Row::array();

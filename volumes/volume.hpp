@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "volumes/buffer.hpp"
 
@@ -113,6 +114,16 @@ decltype(auto) with_label_type(VoxelType type, F&& f) {
     case VoxelType::kU16: return f.template operator()<std::uint16_t>();
     case VoxelType::kU64: return f.template operator()<std::uint64_t>();
     default: return f.template operator()<std::uint32_t>();
+  }
+}
+
+/// Calls f.template operator()<T>() with the C++ type of any voxel type.
+template <class F>
+decltype(auto) with_voxel_type(VoxelType type, F&& f) {
+  switch (type) {
+    case VoxelType::kI16: return f.template operator()<std::int16_t>();
+    case VoxelType::kF32: return f.template operator()<float>();
+    default: return with_label_type(type, std::forward<F>(f));
   }
 }
 

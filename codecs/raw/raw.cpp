@@ -32,18 +32,14 @@ class RawDecoder final : public Decoder, public VoxelAccess {
     return {};
   }
 
-  const VoxelAccess* voxel_access() const override {
-    return info_.kind == VolumeKind::kLabels && volumes::is_label_type(info_.type) ? this : nullptr;
-  }
+  const VoxelAccess* voxel_access() const override { return this; }
 
   Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {
     if (lod != 0) return fail(ErrorCode::kBadArgument, "level of detail: expected 0, raw has only the finest level");
-    volumes::with_label_type(info_.type, [&]<class T>() {
-      const T* voxels = reinterpret_cast<const T*>(voxels_);
+    volumes::with_voxel_type(info_.type, [&]<class T>() {
       for (std::size_t i = 0; i < points.size(); ++i) {
-        T voxel;
-        std::memcpy(&voxel, voxels + info_.extent.index(points[i]), sizeof voxel);
-        labels[i] = voxel;
+        labels[i] = 0;
+        std::memcpy(&labels[i], voxels_ + info_.extent.index(points[i]) * sizeof(T), sizeof(T));
       }
     });
     return {};

@@ -54,6 +54,7 @@ void inspect(const std::string& path, bool json) {
     report["parameters"] = file.stream.parameters.values();
     add_volume_facts(file.stream.info, report);
     report["levels"] = (*decoder)->levels();
+    if (const auto recorded = (*decoder)->recorded_error()) report["recorded_error"] = describe_recorded(*recorded);
     const Row size = describe_size(file, bytes.size(), 0);
     for (const auto& [key, value] : size.items()) report[key] = value;
   }
@@ -131,10 +132,10 @@ void at(const AtOptions& options) {
         fmt::format("--lod: expected 0..{}, found {}", (*decoder)->levels() - 1, options.lod));
   }
   if (const codecs::VoxelAccess* access = (*decoder)->voxel_access(); access != nullptr) {
-    std::uint64_t label = 0;
-    const auto found = access->at({&options.where, 1}, options.lod, {&label, 1});
+    std::uint64_t bits = 0;
+    const auto found = access->at({&options.where, 1}, options.lod, {&bits, 1});
     if (!found) fail_on_file(options.file, found.error());
-    return fmt::print("{}\n", label);
+    return fmt::print("{}\n", voxel_text(file.stream.info.type, std::as_bytes(std::span(&bits, 1)).data()));
   }
   const volumes::VolumeInfo level = codecs::level_info(file.stream.info, options.lod);
   PickSink sink(level, {options.where.x >> options.lod, options.where.y >> options.lod,
@@ -163,7 +164,7 @@ int measure_error(const std::string& original, const std::string& path, unsigned
                                           to_string(info.extent), name_of(info.type), original,
                                           to_string(other.extent), name_of(other.type)));
   };
-  ErrorSink sink(*truth);
+  ErrorSink sink(*truth, threads);
   bool lossless = truth->info().kind == volumes::VolumeKind::kLabels;
   if (volumes::is_volume_path(path)) {
     const auto other = volumes::open_volume(path);
@@ -182,11 +183,7 @@ int measure_error(const std::string& original, const std::string& path, unsigned
   report["voxels_compared"] = sink.compared();
   report["mismatches"] = sink.mismatches();
   report["exact"] = sink.mismatches() == 0;
-  if (truth->info().kind == volumes::VolumeKind::kScalars) {
-    report["psnr_db"] = sink.psnr() ? Row(*sink.psnr()) : Row(nullptr);
-    report["largest_error"] = sink.largest_error();
-    report["mean_squared_error"] = sink.mean_squared_error();
-  }
+  if (truth->info().kind == volumes::VolumeKind::kScalars) report.update(describe_errors(sink));
   json ? print_json(report) : print_plain(report);
   return lossless && sink.mismatches() > 0 ? kExitCheckFailed : kExitOk;
 }
@@ -232,7 +229,7 @@ void add_inspection_commands(CLI::App& app, int& exit_code) {
   auto* error = app.add_subcommand(
       "error",
       "Compares an encoded or volume file with the original: mismatching voxels; of scalars also "
-      "PSNR and errors. 1 where labels or a lossless codec's voxels differ");
+      "PSNR and errors, over all voxels and over the 5 % of steepest gradient. 1 where labels or a lossless codec's voxels differ");
   error->add_option("in", e->original, "the original, a volume file")->required();
   error->add_option("file", e->file, "encoded or volume file")->required();
   error->add_option("--threads", e->threads, "threads")->check(CLI::Range(1, 4096));

@@ -1,5 +1,5 @@
 // Decoding the finest level from memory into memory. A round opens the decoder (it checks the stream's
-// tables) and decodes; the checksum of the envelope was verified before.
+// tables) and decodes; the checksum of the envelope was verified before. The steps of a progressive decoder are timed after that.
 #include "codecs/container.hpp"
 #include "experiments/stages/destination.hpp"
 #include "experiments/stages/encoded_volume.hpp"
@@ -19,7 +19,7 @@ class DecodeRun final : public StageRun {
         spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
     bytes_ = obtain_encoded(spec_, source);
     Row parts;
-    parts["verification"] = compare_with_truth(bytes_.bytes(), truth_, spec_.threads);
+    verify(bytes_.bytes(), truth_, spec_.threads, parts);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
     parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
     destination_.emplace(truth_.info(), spec_.memory_limit / 2);
@@ -32,12 +32,22 @@ class DecodeRun final : public StageRun {
     const auto decoder = codecs::open_decoder(*file_);
     if (!decoder) fail_stage(decoder.error());
     const auto done = (*decoder)->decode(0, spec_.threads, *destination_);
-    auto sample = watch.lap("decode", truth_.info().extent.voxels());
+    std::vector<Sample> samples{watch.lap("decode", truth_.info().extent.voxels())};
     if (!done) fail_stage(done.error());
-    return {sample};
+    if (const auto* access = (*decoder)->progressive_access()) time_steps(*access, samples);
+    return samples;
   }
 
  private:
+  void time_steps(const codecs::ProgressiveAccess& access, std::vector<Sample>& samples) {
+    for (unsigned step = 0; step < access.steps(); ++step) {
+      const Stopwatch watch;
+      const auto done = access.decode_step(step, spec_.threads, *destination_);
+      samples.push_back(watch.lap(std::string(access.step_name(step)), truth_.info().extent.voxels()));
+      if (!done) fail_stage(done.error());
+    }
+  }
+
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
   codecs::Buffer bytes_;

@@ -31,7 +31,7 @@ class EncodeRun final : public StageRun {
     }
     const auto bytes = encoded.bytes.bytes();
     Row parts;
-    parts["verification"] = compare_with_truth(bytes, truth_, spec_.threads);
+    verify(bytes, truth_, spec_.threads, parts);
     parts["verification"]["same_bytes_with_threads"] = {std::min(spec_.threads, other),
                                                         std::max(spec_.threads, other)};
     parts["size"] = describe_size(checked(codecs::open_file(bytes)), bytes.size(), spec_.bytes_per_voxel);

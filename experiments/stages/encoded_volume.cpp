@@ -7,12 +7,14 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "codecs/registry.hpp"
+#include "experiments/error_sink.hpp"
 
 namespace cvr::experiments {
 
@@ -68,6 +70,41 @@ std::filesystem::path scratch_path(const WorkerSpec& spec) {
          fmt::format("{:016x}.cvr", XXH3_64bits(text.data(), text.size()));
 }
 
+/// Throws StageFailure unless a lossy file's promise is kept.
+void require_kept(std::string_view name, double recorded, double found) {
+  if (std::abs(found - recorded) <= 1e-6 * recorded) return;
+  throw StageFailure(kFailed, fmt::format("{}: the file records {}, the decoded volume has {}", name, recorded, found));
+}
+
+Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header_bytes, const volumes::VolumeSource& truth,
+                   unsigned threads) {
+  Row steps = Row::array();
+  for (unsigned step = 0; step < access.steps(); ++step) {
+    ErrorSink sink(truth, threads);
+    checked(access.decode_step(step, threads, sink));
+    const std::uint64_t bytes = header_bytes + access.step_bytes(step);
+    Row row;
+    row["name"] = access.step_name(step);
+    row["bytes"] = bytes;
+    row["bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(truth.info().extent.voxels());
+    row["psnr_db"] = finite_or_null(sink.psnr());
+    row["largest_error"] = finite_or_null(sink.largest_error());
+    steps.push_back(std::move(row));
+  }
+  return steps;
+}
+
+/// Bytes on a GPU of all buffers of a decoder's encoding; 0 where it has none.
+std::uint64_t gpu_bytes(const codecs::OpenedFile& file) {
+  const auto decoder = checked(codecs::open_decoder(file));
+  const auto encoding = decoder->gpu_encoding(0, std::max(1u, std::thread::hardware_concurrency()));
+  std::uint64_t bytes = 0;
+  if (encoding) {
+    for (const codecs::GpuBuffer& buffer : encoding->buffers) bytes += buffer.bytes.size();
+  }
+  return bytes;
+}
+
 double percent(std::uint64_t part, std::uint64_t whole) {
   return 100.0 * static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -89,6 +126,12 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std:
   size["published_rate"] = percent(file.published_bytes, voxels * accounted);
   size["published_bytes_per_voxel"] = accounted;
   size["bits_per_voxel"] = 8.0 * static_cast<double>(file_bytes) / static_cast<double>(voxels);
+  if (const auto& traits = file.codec->traits(); !traits.lossless && traits.gpu_decodable) {
+    if (const std::uint64_t bytes = gpu_bytes(file); bytes > 0) {
+      size["gpu_bytes"] = bytes;
+      size["gpu_bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);
+    }
+  }
   for (std::size_t i = 0; i < codecs::kByteClasses; ++i) {
     const auto byte_class = static_cast<codecs::ByteClass>(i);
     size["breakdown"][std::string(name_of(byte_class))] = file.breakdown[byte_class];
@@ -132,24 +175,40 @@ codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSourc
   return std::move(encoded.bytes);
 }
 
-Row compare_with_truth(std::span<const std::byte> bytes, const volumes::VolumeSource& truth,
-                       unsigned threads) {
+Row describe_recorded(const codecs::RecordedError& recorded) {
+  Row row;
+  row["largest_error"] = recorded.largest;
+  row["mean_squared_error"] = recorded.mean_squared;
+  return row;
+}
+
+void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth, unsigned threads, Row& parts) {
   const auto file = checked(codecs::open_file(bytes));
   const auto decoder = checked(codecs::open_decoder(file));
-  volumes::CompareSink sink(truth);
+  const std::uint64_t voxels = truth.info().extent.voxels();
+  const auto report = [&](std::uint64_t compared, std::uint64_t mismatches) {
+    parts["verification"]["voxels_compared"] = compared;
+    parts["verification"]["mismatches"] = mismatches;
+    if (compared != voxels) throw StageFailure(kFailed, fmt::format("decoding delivered {} of {} voxels", compared, voxels));
+  };
+  if (file.codec->traits().lossless) {
+    volumes::CompareSink sink(truth);
+    checked(decoder->decode(0, threads, sink));
+    report(sink.compared(), sink.mismatches());
+    if (sink.mismatches() == 0) return;
+    throw StageFailure(kFailed,
+                       fmt::format("{} of {} decoded voxels differ from the original", sink.mismatches(), sink.compared()));
+  }
+  ErrorSink sink(truth, threads);
   checked(decoder->decode(0, threads, sink));
-  Row verification;
-  verification["voxels_compared"] = sink.compared();
-  verification["mismatches"] = sink.mismatches();
-  if (sink.compared() != truth.info().extent.voxels()) {
-    throw StageFailure(kFailed, fmt::format("decoding delivered {} of {} voxels", sink.compared(),
-                                            truth.info().extent.voxels()));
-  }
-  if (file.codec->traits().lossless && sink.mismatches() != 0) {
-    throw StageFailure(kFailed, fmt::format("{} of {} decoded voxels differ from the original",
-                                            sink.mismatches(), sink.compared()));
-  }
-  return verification;
+  report(sink.compared(), sink.mismatches());
+  parts["error"] = describe_errors(sink);
+  const auto recorded = decoder->recorded_error();
+  if (!recorded) throw StageFailure(kFailed, "the codec is lossy, and its file records no error");
+  parts["error"]["recorded"] = describe_recorded(*recorded);
+  require_kept("largest error", recorded->largest, sink.largest_error());
+  require_kept("mean squared error", recorded->mean_squared, sink.mean_squared_error());
+  if (const auto* access = decoder->progressive_access()) parts["steps"] = describe_steps(*access, file.header_bytes, truth, threads);
 }
 
 void AlteredSource::read(const volumes::Box& box, std::byte* out) const {

@@ -7,8 +7,8 @@
 namespace cvr::experiments {
 
 /// Rates in percent of the original: `rate` of the whole file against the stored type, `published_rate` of
-/// the published bytes against `bytes_per_voxel` (0: the stored type); bits_per_voxel; breakdown. Throws
-/// StageFailure if the breakdown does not sum.
+/// the published bytes against `bytes_per_voxel` (0: the stored type); bits_per_voxel; breakdown; of lossy codecs that a GPU decodes
+/// gpu_bytes and gpu_bits_per_voxel. Throws StageFailure if the breakdown does not sum.
 Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std::uint32_t bytes_per_voxel);
 
 /// Adds rate_gzip and rate_xz: the file through gzip -6 and xz -6.
@@ -19,8 +19,13 @@ void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_b
 codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSource& source);
 void leave_in_scratch(const WorkerSpec& spec, std::span<const std::byte> file);
 
-/// Decodes the finest level against the truth. Throws StageFailure when a lossless codec's voxels differ.
-Row compare_with_truth(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads);
+/// Decodes the finest level against the truth and adds "verification" to `parts`, of lossy codecs also "error" with what the encoder
+/// recorded, and "steps", the bytes and PSNR of the steps of a progressive decoder. Throws StageFailure when a lossless codec's voxels
+/// differ, or a lossy codec's errors are not those that it recorded.
+void verify(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads, Row& parts);
+
+/// {largest_error, mean_squared_error}.
+Row describe_recorded(const codecs::RecordedError& recorded);
 
 /// The original with one voxel changed: the test fault "mismatch" encodes it, so that the comparison must
 /// fail.

@@ -35,11 +35,12 @@ class Random {
 
 constexpr std::uint64_t kLabelVoxels = 1 << 20;  // of the one label that are kept to draw from
 
+/// A label, or the bits of a scalar.
 std::uint64_t label_in(const volumes::VolumeInfo& info, const std::byte* voxels, std::uint64_t index) {
-  return volumes::with_label_type(info.type, [&]<class T>() -> std::uint64_t {
-    T value;
-    std::memcpy(&value, voxels + index * sizeof(T), sizeof value);
-    return value;
+  return volumes::with_voxel_type(info.type, [&]<class T>() -> std::uint64_t {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, voxels + index * sizeof(T), sizeof(T));
+    return bits;
   });
 }
 

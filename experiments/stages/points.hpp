@@ -21,7 +21,7 @@ std::vector<volumes::Coordinate> clustered_points(const volumes::Extent& extent,
 std::vector<volumes::Coordinate> one_label_points(const volumes::VolumeSource& source, std::uint64_t seed,
                                                   std::uint64_t count);
 
-/// The labels of the points, in their order; reads each plane that has points once.
+/// The labels of the points (of scalars the bits, as VoxelAccess has them), in their order; reads each plane that has points once.
 std::vector<std::uint64_t> labels_at(const volumes::VolumeSource& source,
                                      const std::vector<volumes::Coordinate>& points);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 #include <map>
 
 #include "codecs/container.hpp"
@@ -36,7 +37,7 @@ std::vector<Case> all_cases() {
     const std::vector<Parameters> corners = zoo::parameter_corners(*codec);
     for (const Parameters& parameters : corners) {
       for (const Specimen& specimen : zoo::specimens()) {
-        if (zoo::accepts(*codec, specimen.info)) {
+        if (zoo::accepts(*codec, specimen)) {
           cases.push_back({codec, parameters, &specimen, &parameters == &corners.front()});
         }
       }
@@ -142,10 +143,31 @@ class Conformance : public testing::TestWithParam<Case> {
     ASSERT_TRUE(ok) << ok.error().message;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Coordinate& p = points[i];
-      ASSERT_EQ(labels[i], level.label({p.x >> lod, p.y >> lod, p.z >> lod}))
+      ASSERT_EQ(labels[i], zoo::bits_at(level, {p.x >> lod, p.y >> lod, p.z >> lod}))
           << p.x << ' ' << p.y << ' ' << p.z;
     }
     EXPECT_TRUE(access.at({}, lod, {}));
+  }
+
+  /// Steps take more and more of the payload, the last all of it; each decodes for any number of threads.
+  void check_steps(const ProgressiveAccess& access, const Volume& whole, std::uint64_t payload_bytes) const {
+    ASSERT_GE(access.steps(), 2u);
+    for (unsigned step = 0; step < access.steps(); ++step) {
+      EXPECT_FALSE(access.step_name(step).empty());
+      if (step > 0) {
+        EXPECT_GT(access.step_bytes(step), access.step_bytes(step - 1));
+      }
+      SlabCheck one(original().info(), 64);
+      const auto ok = access.decode_step(step, 1, one);
+      ASSERT_TRUE(ok) << ok.error().message;
+      SlabCheck many(original().info(), 5);
+      ASSERT_TRUE(access.decode_step(step, 3, many));
+      EXPECT_TRUE(same_voxels(one.finished(), many.finished())) << "step " << step;
+      if (step + 1 == access.steps()) {
+        EXPECT_TRUE(same_voxels(whole, one.finished()));
+      }
+    }
+    EXPECT_EQ(access.step_bytes(access.steps() - 1), payload_bytes);
   }
 
   void check_bricks(const BrickAccess& access, const Volume& level, unsigned lod) const {
@@ -203,6 +225,16 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
   if (lossless()) {
     EXPECT_TRUE(same_voxels(original(), *decoded));
   }
+  const auto decoder = open_decoder(*file);
+  ASSERT_TRUE(decoder) << decoder.error().message;
+  const auto recorded = (*decoder)->recorded_error();
+  ASSERT_EQ(recorded.has_value(), !lossless());
+  if (recorded) {
+    const RecordedError found = zoo::error_of(original(), *decoded);
+    EXPECT_TRUE(zoo::keeps(*recorded, original(), *decoded))
+        << "largest error " << recorded->largest << " recorded, " << found.largest << " found; mean squared error "
+        << recorded->mean_squared << " recorded, " << found.mean_squared << " found";
+  }
   const auto valid = validate(bytes(), 2);
   EXPECT_TRUE(valid) << valid.error().message;
 }
@@ -247,6 +279,8 @@ TEST_P(Conformance, AllWaysOfDecodingAgree) {
     if (const VoxelAccess* access = (*decoder)->voxel_access()) check_voxels(*access, *whole, lod);
     if (const BrickAccess* access = (*decoder)->brick_access()) check_bricks(*access, *whole, lod);
   }
+  if (const ProgressiveAccess* access = (*decoder)->progressive_access())
+    check_steps(*access, codecs::decode(bytes(), 0, 1).value(), file->stream.payload.size());
   const auto beyond = codecs::decode(bytes(), levels, 1);
   ASSERT_FALSE(beyond);
   EXPECT_EQ(beyond.error().code, ErrorCode::kBadArgument);
@@ -273,11 +307,16 @@ std::string case_name(const testing::TestParamInfo<Case>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Registry, Conformance, testing::ValuesIn(all_cases()), case_name);
 
-class Refusals : public testing::TestWithParam<const Codec*> {};
+class Refusals : public testing::TestWithParam<const Codec*> {
+ protected:
+  static VolumeKind accepted_kind() {
+    return GetParam()->traits().lossless ? VolumeKind::kLabels : VolumeKind::kScalars;
+  }
+};
 
 TEST_P(Refusals, TypesThatAreNotAccepted) {
   for (const VoxelType type : volumes::kVoxelTypes) {
-    const VolumeInfo info{.extent = {3, 2, 1}, .type = type, .voxel_unit = {}};
+    const VolumeInfo info{.extent = {3, 2, 1}, .type = type, .kind = accepted_kind(), .voxel_unit = {}};
     if (zoo::accepts(*GetParam(), info)) continue;
     Volume volume(info);
     std::memset(volume.data(), 0, info.bytes());
@@ -289,9 +328,39 @@ TEST_P(Refusals, TypesThatAreNotAccepted) {
   }
 }
 
+TEST_P(Refusals, LabelsByLossyCodecs) {
+  if (GetParam()->traits().lossless) return;
+  for (const Specimen& specimen : zoo::specimens()) {
+    if (specimen.info.kind != VolumeKind::kLabels) continue;
+    const Volume volume = specimen.volume();
+    const auto encoded =
+        codecs::encode(*GetParam(), volumes::MemorySource(volume), zoo::parameter_corners(*GetParam())[0], 1);
+    ASSERT_FALSE(encoded) << specimen.name;
+    EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
+  }
+}
+
+TEST_P(Refusals, NonFiniteVoxelsByLossyCodecs) {
+  const VolumeInfo info{.extent = {7, 6, 5}, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}};
+  if (GetParam()->traits().lossless || !zoo::accepts(*GetParam(), info)) return;
+  Volume volume(info);
+  for (float& voxel : volume.voxels<float>()) voxel = 0.5f;
+  volume.voxels<float>()[info.extent.index({3, 4, 2})] = std::numeric_limits<float>::quiet_NaN();
+  volume.voxels<float>()[info.extent.index({0, 0, 4})] = -std::numeric_limits<float>::infinity();
+  for (const unsigned threads : {1u, 3u}) {
+    const auto encoded =
+        codecs::encode(*GetParam(), zoo::StreamedSource(volume), zoo::parameter_corners(*GetParam())[0], threads);
+    ASSERT_FALSE(encoded);
+    EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
+    EXPECT_NE(encoded.error().message.find("found 2 "), std::string::npos) << encoded.error().message;
+    EXPECT_NE(encoded.error().message.find("(3, 4, 2)"), std::string::npos) << encoded.error().message;
+  }
+}
+
 TEST_P(Refusals, EmptyExtents) {
   for (const Extent& extent : {Extent{0, 0, 0}, {0, 3, 2}, {3, 0, 2}, {3, 2, 0}}) {
-    const Volume volume({.extent = extent, .type = GetParam()->traits().types.front(), .voxel_unit = {}});
+    const Volume volume(
+        {.extent = extent, .type = GetParam()->traits().types.front(), .kind = accepted_kind(), .voxel_unit = {}});
     const auto encoded =
         codecs::encode(*GetParam(), volumes::MemorySource(volume), zoo::parameter_corners(*GetParam())[0], 1);
     ASSERT_FALSE(encoded) << to_string(extent);

@@ -55,7 +55,7 @@ inline bool exercise_gpu(const codecs::Decoder& decoder, const volumes::VolumeIn
   return true;
 }
 
-/// Decodes all levels, some voxels and some bricks. Results do not matter; returning does. True if nothing
+/// Decodes all levels, some voxels, some bricks and all steps. Results do not matter; returning does. True if nothing
 /// was refused.
 inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& info) {
   bool accepted = true;
@@ -80,6 +80,12 @@ inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& 
     const volumes::Extent grid = access->brick_grid();
     accepted &= access->decode_brick({0, 0, 0}, lod, brick.data()).has_value();
     accepted &= access->decode_brick({grid.x - 1, grid.y - 1, grid.z - 1}, lod, brick.data()).has_value();
+  }
+  if (const codecs::ProgressiveAccess* access = decoder.progressive_access(); access != nullptr && info.bytes() <= kLargestLevel) {
+    for (unsigned step = 0; step < access->steps(); ++step) {
+      ThrowAwaySink sink(info);
+      accepted &= access->decode_step(step, 1, sink).has_value();
+    }
   }
   return accepted && exercise_gpu(decoder, info);
 }

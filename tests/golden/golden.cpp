@@ -19,6 +19,14 @@ zoo::Specimen labels(std::string name, const Extent& extent, VoxelType type,
   return {std::move(name), info, [info, label = std::move(label)] { return zoo::make_labels(info, label); }};
 }
 
+/// A smooth bump with a step.
+zoo::Specimen bump(const Extent& extent) {
+  const VolumeInfo info{.extent = extent, .type = VoxelType::kU8, .kind = VolumeKind::kScalars, .voxel_unit = {}};
+  return {"bump_u8", info, [info] {
+            return zoo::make_labels(info, [](const Coordinate& c) { return c.x * (12 - c.x) + 5 * c.y + (c.z > 6 ? 90 : 0); });
+          }};
+}
+
 /// Exact in float: no rounding that a compiler could do otherwise.
 zoo::Specimen scalars(const Extent& extent) {
   const VolumeInfo info{
@@ -47,6 +55,7 @@ const std::vector<GoldenVolume>& golden_volumes() {
               }),
        8435225709312139446u},
       {scalars({6, 5, 7}), 17332617138253809566u},
+      {bump({13, 9, 10}), 12330613574921646765u},
   };
   return kVolumes;
 }

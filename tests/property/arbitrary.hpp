@@ -4,6 +4,8 @@
 
 #include <rapidcheck.h>
 
+#include <cmath>
+
 #include "tests/zoo/zoo.hpp"
 
 namespace cvr::property {
@@ -26,6 +28,28 @@ inline volumes::Volume arbitrary_labels(volumes::VoxelType type, const volumes::
         zoo::random_at(seed, (c.x / cell) + ((c.y / cell) << 16) + ((c.z / cell) << 32)) % labels;
     return anywhere ? zoo::random_at(seed + 1, label) : label;
   });
+}
+
+/// Smooth, rough or full of steps; narrow or over the range of the type, of f32 over 2^-40 to 2^40.
+inline volumes::Volume arbitrary_scalars(volumes::VoxelType type, const volumes::Extent& extent) {
+  volumes::Volume volume({.extent = extent, .type = type, .kind = volumes::VolumeKind::kScalars, .voxel_unit = {}});
+  const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1u << 20);
+  const auto cell = *rc::gen::element<std::uint64_t>(1, 1, 3, 8);
+  const auto narrow = *rc::gen::inRange(0, 12);
+  const auto exponent = *rc::gen::inRange(-40, 41);
+  volumes::with_voxel_type(type, [&]<class T>() {
+    const auto voxels = volume.voxels<T>();
+    for (std::uint64_t i = 0; i < voxels.size(); ++i) {
+      const std::uint64_t x = i % extent.x, y = i / extent.x % extent.y, z = i / (extent.x * extent.y);
+      const std::uint64_t random = zoo::random_at(seed, (x / cell) + ((y / cell) << 16) + ((z / cell) << 32)) >> (40 + narrow);
+      if constexpr (std::is_floating_point_v<T>) {
+        voxels[i] = std::ldexp(static_cast<float>(random) - 2e3f, exponent);
+      } else {
+        voxels[i] = static_cast<T>(random + x + 2 * y);
+      }
+    }
+  });
+  return volume;
 }
 
 }  // namespace cvr::property

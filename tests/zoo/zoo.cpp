@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <set>
@@ -144,6 +145,47 @@ void add_scalars(std::vector<Specimen>& zoo) {
                                 1.0f + static_cast<float>(i)};
         return values[i % values.size()];
       }));
+  zoo.back().finite = false;
+}
+
+/// One volume of each type, from a value in 0..1 for each voxel: 0 is the least value of the type and 1 the largest, of f32 -1 and 1.
+void add_for_all_types(std::vector<Specimen>& zoo, const std::string& name, const Extent& extent,
+                       const std::function<double(const Coordinate&)>& value) {
+  const auto at = [extent, value](std::uint64_t i) { return value({i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y)}); };
+  zoo.push_back(scalars<std::uint8_t>(name + "_u8", extent, VoxelType::kU8,
+                                      [at](std::uint64_t i) { return static_cast<std::uint8_t>(std::lround(255 * at(i))); }));
+  zoo.push_back(scalars<std::uint16_t>(name + "_u16", extent, VoxelType::kU16,
+                                       [at](std::uint64_t i) { return static_cast<std::uint16_t>(std::lround(65535 * at(i))); }));
+  zoo.push_back(scalars<std::int16_t>(name + "_i16", extent, VoxelType::kI16, [at](std::uint64_t i) {
+    return static_cast<std::int16_t>(std::lround(65535 * at(i)) - 32768);
+  }));
+  zoo.push_back(scalars<float>(name + "_f32", extent, VoxelType::kF32,
+                               [at](std::uint64_t i) { return static_cast<float>(2 * at(i) - 1); }));
+}
+
+/// What codecs that work on values and not on labels get wrong.
+void add_hard_scalars(std::vector<Specimen>& zoo) {
+  add_for_all_types(zoo, "constant_scalars", {6, 5, 9}, [](auto&) { return 0.7; });
+  add_for_all_types(zoo, "ramp_of_scalars_along_z", {3, 4, 50}, [](auto& c) { return static_cast<double>(c.z) / 49; });
+  add_for_all_types(zoo, "checkerboard_of_extremes", {9, 8, 6}, [](auto& c) { return (c.x + c.y + c.z) % 2; });
+  add_for_all_types(zoo, "noise_of_scalars", {10, 12, 7}, [](auto& c) {
+    return static_cast<double>(random_at(61, Extent{10, 12, 7}.index(c)) >> 40) / 0xffffff;
+  });
+  add_for_all_types(zoo, "one_outlier", {12, 11, 10}, [](auto& c) { return c == Coordinate{5, 6, 7} ? 1 : 0.25; });
+  add_for_all_types(zoo, "thin_scalars_1x37x23", {1, 37, 23},
+                    [](auto& c) { return static_cast<double>(c.y * c.z % 41) / 40; });
+  add_for_all_types(zoo, "scalars_5x7x9", {5, 7, 9}, [](auto& c) { return static_cast<double>(c.x * c.y + c.z) / 32; });
+  zoo.push_back(scalars<float>("one_scalar_f32", {1, 1, 1}, VoxelType::kF32, [](std::uint64_t) { return -12.5f; }));
+  zoo.push_back(scalars<float>("denormal_scalars_f32", {7, 9, 5}, VoxelType::kF32, [](std::uint64_t i) {
+    return static_cast<float>(i % 23) * std::numeric_limits<float>::denorm_min() * (i % 2 == 0 ? 1000 : -1);
+  }));
+  zoo.push_back(scalars<float>("scalars_of_60_decades_f32", {9, 7, 8}, VoxelType::kF32, [](std::uint64_t i) {
+    return (i % 2 == 0 ? 1.0f : -1.0f) * static_cast<float>(std::pow(10.0, static_cast<double>(i % 61) - 30));
+  }));
+  zoo.push_back(scalars<float>("scalars_of_any_float_f32", {8, 5, 6}, VoxelType::kF32, [](std::uint64_t i) {
+    const float least = std::numeric_limits<float>::lowest(), largest = std::numeric_limits<float>::max();
+    return i % 5 == 0 ? least : i % 5 == 1 ? largest : static_cast<float>(i);
+  }));
 }
 
 template <class T>
@@ -253,6 +295,7 @@ const std::vector<Specimen>& specimens() {
     add_shapes(zoo);
     add_label_patterns(zoo);
     add_scalars(zoo);
+    add_hard_scalars(zoo);
     return zoo;
   }();
   return kZoo;
@@ -266,6 +309,35 @@ const Specimen& specimen(const std::string& name) {
 
 bool accepts(const Codec& codec, const VolumeInfo& info) {
   return codecs::accepts(codec.traits(), info).has_value();
+}
+
+bool accepts(const Codec& codec, const Specimen& specimen) {
+  return accepts(codec, specimen.info) && (codec.traits().lossless || specimen.finite);
+}
+
+std::uint64_t bits_at(const Volume& volume, const Coordinate& c) {
+  const std::size_t voxel = size_of(volume.info().type);
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, volume.data() + volume.extent().index(c) * voxel, voxel);
+  return bits;
+}
+
+codecs::RecordedError error_of(const Volume& original, const Volume& decoded) {
+  return volumes::with_voxel_type(original.info().type, [&]<class T>() {
+    codecs::RecordedError error{};
+    for (std::uint64_t i = 0; i < original.extent().voxels(); ++i) {
+      const double difference = static_cast<double>(original.voxels<T>()[i]) - static_cast<double>(decoded.voxels<T>()[i]);
+      error.largest = std::max(error.largest, std::abs(difference));
+      error.mean_squared += difference * difference / static_cast<double>(original.extent().voxels());
+    }
+    return error;
+  });
+}
+
+bool keeps(const codecs::RecordedError& recorded, const Volume& original, const Volume& decoded) {
+  const codecs::RecordedError found = error_of(original, decoded);
+  const auto near = [](double a, double b) { return std::abs(a - b) <= 1e-6 * b; };
+  return near(found.largest, recorded.largest) && near(found.mean_squared, recorded.mean_squared);
 }
 
 std::vector<Parameters> parameter_corners(const Codec& codec) {

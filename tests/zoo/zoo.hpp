@@ -20,14 +20,24 @@ struct Specimen {
   std::string name;                         ///< letters, digits and underscores
   volumes::VolumeInfo info;                 ///< known without making the voxels
   std::function<volumes::Volume()> volume;  ///< makes the voxels
+  bool finite = true;                       ///< no voxel is NaN or infinite
 };
 
 /// All specimens, labels and scalars.
 const std::vector<Specimen>& specimens();
 /// The specimen of that name; throws std::out_of_range.
 const Specimen& specimen(const std::string& name);
-/// Whether the codec accepts the voxel type of a volume.
+/// Whether the codec accepts the voxel type and kind of a volume.
 bool accepts(const codecs::Codec& codec, const volumes::VolumeInfo& info);
+/// The same, and its voxels: lossy codecs refuse those that are NaN or infinite.
+bool accepts(const codecs::Codec& codec, const Specimen& specimen);
+
+/// The bits of a voxel of any type, as VoxelAccess hands them out.
+std::uint64_t bits_at(const volumes::Volume& volume, const volumes::Coordinate& c);
+/// The error of a decoded scalar volume, by its definition.
+codecs::RecordedError error_of(const volumes::Volume& original, const volumes::Volume& decoded);
+/// Whether a decoded volume keeps what its encoder recorded, to 1e-6 of the values.
+bool keeps(const codecs::RecordedError& recorded, const volumes::Volume& original, const volumes::Volume& decoded);
 
 /// Parameters that are worth a test of their own: the defaults; for every parameter alone each choice, or its
 /// least, its largest and one inner value; all at their least and all at their largest. Deterministic, no two

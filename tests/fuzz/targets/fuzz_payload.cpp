@@ -22,6 +22,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto side = [&](std::size_t i) { return std::uint64_t{data[i]} % 80 + 1; };
   cvr::codecs::Stream stream{.info = {.extent = {side(3), side(4), side(5)},
                                       .type = types[data[2] % types.size()],
+                                      .kind = codec.traits().lossless ? cvr::volumes::VolumeKind::kLabels
+                                                                      : cvr::volumes::VolumeKind::kScalars,
                                       .voxel_unit = {}},
                              .parameters = corners[data[1] % corners.size()],
                              .payload = {}};

@@ -1,0 +1,5 @@
+// astcenc.h as Debian's shared library exports it: C names.
+#pragma once
+
+#define ASTCENC_DYNAMIC_LIBRARY
+#include <astcenc.h>
