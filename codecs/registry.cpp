@@ -8,6 +8,7 @@
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
 #include "codecs/raw/raw.hpp"
+#include "codecs/tvq/tvq.hpp"
 
 namespace cvr::codecs {
 
@@ -25,6 +26,9 @@ std::span<const Codec* const> all_codecs() {
       &csgvr_nibble_codec(),
       &csgvr_codec(),
       &csgvr_sb_codec(),
+      &vq_codec(),
+      &hvq_codec(),
+      &tvq_codec(),
   };
   return kCodecs;
 }
