@@ -8,7 +8,6 @@ namespace cvr::codecs::tvq {
 
 namespace {
 
-constexpr double kBookBitsOfCoefficient = 7;  // about what a coefficient takes in the file
 constexpr unsigned kLeastDcBits = 6;
 constexpr unsigned kMostAllocated = 12;       // bits of a book that the allocation considers
 constexpr double kTauOfTarget = 0.7;
@@ -81,15 +80,22 @@ float dc_value(const Domain& domain, const SubVolume& part, std::size_t block) {
   return static_cast<float>(static_cast<double>(units) / units_of(domain));
 }
 
-/// The smallest scale at which entries up to `largest` samples fit, in one byte where their rounding costs less than 2 % of the error.
-void choose_entries(const Domain& domain, double largest, double error, Book& book) {
-  const double units = units_of(domain);
-  const auto scale_for = [&](double limit) { return std::max(1.0, std::ceil(largest * units / limit)); };
-  const double narrow_scale = scale_for(127);
-  const double rounding = narrow_scale / units * (narrow_scale / units) / 12;
-  book.entry_bytes = domain.type == VoxelType::kU8 || (rounding <= 0.02 * error && narrow_scale <= 65535) ? 1 : 2;
-  book.scale = static_cast<std::uint16_t>(std::min(book.entry_bytes == 1 ? narrow_scale : scale_for(32767), 65535.0));
+/// Units an entry, so that entries up to `largest` samples fit.
+double entry_scale(const Domain& domain, double largest, double limit) { return std::max(1.0, std::ceil(largest * units_of(domain) / limit)); }
+
+/// One byte an entry where its rounding costs less than 2 % of the error; for u8 always.
+unsigned entry_bytes(const Domain& domain, double largest, double error) {
+  const double scale = entry_scale(domain, largest, 127), rounding = scale / units_of(domain);
+  return domain.type == VoxelType::kU8 || (scale <= 65535 && rounding * rounding / 12 <= 0.02 * error) ? 1 : 2;
 }
+
+void choose_entries(const Domain& domain, double largest, double error, Book& book) {
+  book.entry_bytes = static_cast<std::uint8_t>(entry_bytes(domain, largest, error));
+  book.scale = static_cast<std::uint16_t>(std::min(entry_scale(domain, largest, book.entry_bytes == 1 ? 127 : 32767), 65535.0));
+}
+
+/// The step of coefficients that costs 1 % of the error, in samples.
+double coefficient_step(unsigned dimensions, double error) { return std::sqrt(0.12 * error * kBlockVoxels / dimensions); }
 
 double largest_of(const CodeVectors& book) {
   double largest = 0;
@@ -117,7 +123,7 @@ void quantise_entries(const Domain& domain, double error, CodeVectors& code_vect
 void quantise_coefficients(const Domain& domain, unsigned partition, const Basis& basis, double error, bool keep, CodeVectors& code_vectors, Book& book) {
   const double per_sample = units_of(domain) * 256;
   const unsigned n = kPartitionSize[partition];
-  double step = std::sqrt(0.12 * error * kBlockVoxels / n) * per_sample;
+  double step = coefficient_step(n, error) * per_sample;
   step = std::max(step, largest_of(code_vectors) * per_sample / 32767);
   book.step = static_cast<std::uint16_t>(std::clamp(std::ceil(step), 1.0, 65535.0));
   book.size = code_vectors.size();
@@ -151,71 +157,123 @@ double mean_energy(const Vectors& vectors) {
 /// What the allocation needs to know of a book.
 struct Candidate {
   Vectors vectors;
-  double weight;          ///< voxels that a unit of squared distance stands for
-  double bits_of_vector;  ///< of a code vector in the file
+  double weight;      ///< voxels that a unit of squared distance stands for
+  unsigned length;    ///< entries of a code vector on a device
+  bool coefficients;  ///< whether the file stores these
 };
+
+/// About the bits of a code vector where books are counted, when the blocks that use it have that mean squared error.
+double vector_bits(const Domain& domain, const Candidate& candidate, double error, bool device) {
+  const Vectors& v = candidate.vectors;
+  std::vector<double> squares(v.dimensions, 0.0);
+  double largest = 0;
+  std::uint64_t active = 0;
+  for (std::uint64_t n = 0; n < v.count; ++n) {
+    double energy = 0;
+    for (unsigned j = 0; j < v.dimensions; ++j) {
+      const double value = static_cast<double>(v[n][j]);
+      squares[j] += value * value;
+      energy += value * value;
+      largest = std::max(largest, std::abs(value));
+    }
+    active += energy > 0 ? 1u : 0u;
+  }
+  if (device || !candidate.coefficients) return candidate.length * 8.0 * entry_bytes(domain, largest, error);
+  // The entropy of a rounded normal variable, and what it takes to tell the sizes apart.
+  const double step = coefficient_step(v.dimensions, error);
+  double bits = 0;
+  for (const double s : squares) bits += s > 0 && step > 0 ? std::max(1.0, 0.5 * std::log2(s / static_cast<double>(active)) - std::log2(step) + 2.5) : 1.0;
+  return bits;
+}
 
 struct Bits {
   unsigned dc;
   std::array<unsigned, kMaxBooks> books{};
-  double error = 0;  ///< expected mean squared error, samples
+  double error = 0;         ///< expected mean squared error, samples
+  double active_error = 0;  ///< the same over the blocks that have more than DC
 };
+
+/// Distortion by bits of a code, over all blocks.
+std::vector<double> distortion_curve(const Candidate& candidate, const Options& options, unsigned threads) {
+  const std::uint64_t count = candidate.vectors.count;
+  const auto most = std::min(options.best ? kMaxBookBits - 1 : kMostAllocated, static_cast<unsigned>(std::bit_width(count)));
+  std::vector<double> curve;
+  if (options.operational) {
+    curve = measured_curve(candidate.vectors, most, options, threads);
+  } else {
+    // The paper's model has no bound; a book cannot have more code vectors than an eighth of its training vectors.
+    const auto cap = static_cast<unsigned>(std::bit_width(std::max<std::uint64_t>(count / 8, 1)) - 1);
+    curve = model_curve(candidate.vectors.dimensions, mean_energy(candidate.vectors) / candidate.vectors.dimensions, static_cast<double>(count), std::min(most, cap));
+  }
+  for (double& d : curve) d *= candidate.weight;
+  return curve;
+}
+
+/// What a book of 2^bits code vectors loses, from the splits of a small sample.
+double rough_distortion(const Candidate& candidate, unsigned bits, unsigned threads) {
+  const std::vector<std::uint32_t> active = sample_active(candidate.vectors, candidate.vectors.count), sample = sample_active(candidate.vectors, 8192);
+  if (sample.empty()) return 0;
+  const unsigned d = candidate.vectors.dimensions;
+  const std::vector<float> values = gather(candidate.vectors, sample, 0, d);
+  const Vectors training{values.data(), sample.size(), d, d};
+  const CodeVectors book = SplitTree(training, 1u << bits).codebook(1u << bits);
+  std::vector<std::uint16_t> codes(sample.size());
+  find_nearest(book, training, codes, threads);
+  return candidate.weight * total_distortion(book, training, codes, threads) / static_cast<double>(sample.size()) * static_cast<double>(active.size());
+}
 
 /// Bits of DC and books by `rate`, or as they are given.
 Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means, std::span<const Candidate> candidates, double budget,
               const Options& options, unsigned threads) {
-  const double blocks = static_cast<double>(means.size());
-  const unsigned u8_bits = 8;
-  const bool dc_free = options.dc_bits == 0 && domain.type != VoxelType::kU8;
-  Bits bits{!scheme.dc ? 0 : options.dc_bits != 0 ? options.dc_bits : u8_bits, {}, 0};
-  const auto sum_of = [&](unsigned dc) { return blocks * kBlockVoxels * dc_error(dc_lattice(domain, means, dc), domain); };
-  if (options.rate > 0) {
-    std::vector<BitCurve> curves;
-    for (const Candidate& c : candidates) {
-      BitCurve curve;
-      const auto most = std::min(kMostAllocated, static_cast<unsigned>(std::bit_width(c.vectors.count)));
-      if (options.operational) {
-        curve.distortion = measured_curve(c.vectors, most, options, threads);
-      } else {
-        // The paper's model has no bound; a book cannot have more code vectors than an eighth of its training vectors.
-        const auto cap = static_cast<unsigned>(std::bit_width(std::max<std::uint64_t>(c.vectors.count / 8, 1)) - 1);
-        curve.distortion = model_curve(c.vectors.dimensions, mean_energy(c.vectors) / c.vectors.dimensions, blocks, std::min(most, cap));
-      }
-      for (double& d : curve.distortion) d *= c.weight;
-      for (unsigned b = 0; b < curve.distortion.size(); ++b) curve.book_bits.push_back(b == 0 ? 0 : std::exp2(b) * c.bits_of_vector);
-      curves.push_back(std::move(curve));
+  const double blocks = static_cast<double>(means.size()), voxels = blocks * kBlockVoxels;
+  const bool dc_free = scheme.dc && options.dc_bits == 0 && domain.type != VoxelType::kU8;
+  Bits bits{!scheme.dc ? 0 : options.dc_bits != 0 ? options.dc_bits : 8, {}, 0, 0};
+  std::uint64_t active = 1;
+  for (const Candidate& c : candidates) active = std::max<std::uint64_t>(active, sample_active(c.vectors, c.vectors.count).size());
+  const auto dc_distortion = [&](unsigned dc) { return voxels * dc_error(dc_lattice(domain, means, dc), domain); };
+  const auto set_error = [&](double distortion) {
+    bits.error = distortion / voxels;
+    bits.active_error = distortion / (static_cast<double>(active) * kBlockVoxels);
+  };
+  if (options.rate <= 0) {
+    double distortion = 0;
+    for (unsigned p = 0; p < scheme.books; ++p) {
+      bits.books[p] = options.bits[p];
+      distortion += rough_distortion(candidates[p], bits.books[p], threads);
     }
-    if (scheme.dc) {
-      BitCurve curve;
-      curve.first = dc_free ? kLeastDcBits : bits.dc;
-      for (unsigned b = curve.first; b <= (dc_free ? 14u : bits.dc); ++b) {
-        curve.distortion.push_back(sum_of(b));
-        curve.book_bits.push_back(0);
+    set_error(distortion);
+    if (dc_free) {
+      for (bits.dc = kLeastDcBits; bits.dc < kMaxDcBits && dc_distortion(bits.dc) > 0.05 * distortion; ++bits.dc) {
       }
-      curves.push_back(std::move(curve));
     }
-    const std::vector<unsigned> chosen = choose_bits(curves, blocks, budget);
-    for (unsigned p = 0; p < scheme.books; ++p) bits.books[p] = chosen[p];
-    if (scheme.dc) bits.dc = chosen[scheme.books];
-    for (unsigned p = 0; p < curves.size(); ++p) bits.error += curves[p].distortion[chosen[p] - curves[p].first] / (blocks * kBlockVoxels);
     return bits;
   }
-  for (unsigned p = 0; p < scheme.books; ++p) {
-    bits.books[p] = options.bits[p];
-    const std::vector<std::uint32_t> sample = sample_active(candidates[p].vectors, 8192);
-    if (sample.empty()) continue;
-    const unsigned d = candidates[p].vectors.dimensions;
-    const std::vector<float> values = gather(candidates[p].vectors, sample, 0, d);
-    const Vectors training{values.data(), sample.size(), d, d};
-    const CodeVectors book = SplitTree(training, 1u << bits.books[p]).codebook(1u << bits.books[p]);
-    std::vector<std::uint16_t> codes(sample.size());
-    find_nearest(book, training, codes, threads);
-    const double active = static_cast<double>(sample_active(candidates[p].vectors, candidates[p].vectors.count).size());
-    bits.error += candidates[p].weight * total_distortion(book, training, codes, threads) / static_cast<double>(sample.size()) * active / (blocks * kBlockVoxels);
+  std::vector<BitCurve> curves;
+  for (const Candidate& c : candidates) {
+    curves.push_back({0, distortion_curve(c, options, threads), {}});
+    set_error(bits.error * voxels + curves.back().distortion.back());
   }
-  if (scheme.dc && dc_free) {
-    for (bits.dc = kLeastDcBits; bits.dc < kMaxDcBits && sum_of(bits.dc) / (blocks * kBlockVoxels) > 0.05 * bits.error; ++bits.dc) {
+  if (scheme.dc) {
+    BitCurve& curve = curves.emplace_back();
+    curve.first = dc_free ? kLeastDcBits : bits.dc;
+    for (unsigned b = curve.first; b <= (dc_free ? 14u : bits.dc); ++b) curve.distortion.push_back(dc_distortion(b));
+    curve.book_bits.assign(curve.distortion.size(), 0.0);
+  }
+  // What a code vector takes depends on the error, which depends on the bits: after a first guess the dearer of two estimates.
+  std::array<double, kMaxBooks> dearest{};
+  for (unsigned pass = 0; pass < 3; ++pass) {
+    for (unsigned p = 0; p < scheme.books; ++p) {
+      const double each = std::max(vector_bits(domain, candidates[p], bits.active_error, options.count_device), dearest[p]);
+      if (pass > 0) dearest[p] = each;
+      curves[p].book_bits.clear();
+      for (unsigned b = 0; b < curves[p].distortion.size(); ++b) curves[p].book_bits.push_back(b == 0 ? 0 : std::exp2(b) * each);
     }
+    const std::vector<unsigned> chosen = choose_bits(curves, blocks, budget);
+    double distortion = 0;
+    for (std::size_t p = 0; p < curves.size(); ++p) distortion += curves[p].distortion[chosen[p] - curves[p].first];
+    set_error(distortion);
+    std::copy_n(chosen.begin(), scheme.books, bits.books.begin());
+    if (scheme.dc) bits.dc = chosen[scheme.books];
   }
   return bits;
 }
@@ -254,6 +312,7 @@ double choose_tau(const Domain& domain, std::span<const float> coefficients, con
   for (const double factor : {0.25, 0.5, 1.0, 2.0, 4.0}) {
     Options quick = options;
     quick.best = false;
+    quick.rough = true;
     const double error = error_at(sample, factor * target, bits, quick, threads);
     if (least < 0 || error < least) least = error, best = factor * target;
   }
@@ -277,8 +336,7 @@ void train_tvq(const Domain& domain, std::span<const double> means, std::vector<
   const std::span<const float> coefficients(samples);
   std::vector<Candidate> candidates;
   for (unsigned p = 0; p < kPartitions; ++p) {
-    const double vector_bits = options.coefficients ? kPartitionSize[p] * kBookBitsOfCoefficient : kBlockVoxels * 8.0;
-    candidates.push_back({partition_vectors(coefficients, p), 1, vector_bits});
+    candidates.push_back({partition_vectors(coefficients, p), 1, kBlockVoxels, options.coefficients});
   }
   const Bits bits = allocate(kTvq, domain, means, candidates, budget, options, threads);
   const DcLattice lattice = dc_lattice(domain, means, bits.dc);
@@ -297,7 +355,7 @@ void train_tvq(const Domain& domain, std::span<const double> means, std::vector<
   }
   for (unsigned p = 0; p < kPartitions; ++p) {
     Book& book = part.books[p];
-    quantise_coefficients(domain, p, part.basis, bits.error, options.coefficients, trained.books[p], book);
+    quantise_coefficients(domain, p, part.basis, bits.active_error, options.coefficients, trained.books[p], book);
     book.chapters = trained.chapters[p];
     part.codes[p] = assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global || !options.classify, threads);
   }
@@ -336,16 +394,16 @@ void train_hvq(const Domain& domain, std::span<const double> means, std::span<co
   make_coarse();
   make_fine(nullptr);
   const Vectors first{coarse.data(), blocks, 8, 8}, second{fine.data(), blocks, kBlockVoxels, kBlockVoxels};
-  const std::array<Candidate, 2> candidates{{{first, 8, 8 * 8}, {second, 1, kBlockVoxels * 8}}};
+  const std::array<Candidate, 2> candidates{{{first, 8, 8, false}, {second, 1, kBlockVoxels, false}}};
   const Bits bits = allocate(kHvq, domain, means, candidates, budget, options, threads);
   code_levels(bits.dc);
   make_coarse();
   CodeVectors octant_book = train_book(first, bits.books[0], options, options.seed * 64, threads);
-  quantise_entries(domain, bits.error, octant_book, part.books[0]);
+  quantise_entries(domain, bits.active_error, octant_book, part.books[0]);
   code_nearest(octant_book, first, part.codes[0], threads);
   make_fine(options.closed_loop ? &octant_book : nullptr);
   CodeVectors voxel_book = train_book(second, bits.books[1], options, options.seed * 64 + 1, threads);
-  quantise_entries(domain, bits.error, voxel_book, part.books[1]);
+  quantise_entries(domain, bits.active_error, voxel_book, part.books[1]);
   code_nearest(voxel_book, second, part.codes[1], threads);
 }
 
@@ -353,13 +411,13 @@ void train_hvq(const Domain& domain, std::span<const double> means, std::span<co
 void train_vq(const Domain& domain, std::span<const double> means, std::span<float> samples, double budget, const Options& options, SubVolume& part,
               unsigned threads) {
   const Vectors vectors{samples.data(), means.size(), kBlockVoxels, kBlockVoxels};
-  const std::array<Candidate, 1> candidates{{{vectors, 1, kBlockVoxels * 8}}};
+  const std::array<Candidate, 1> candidates{{{vectors, 1, kBlockVoxels, false}}};
   const Bits bits = allocate(kVq, domain, means, candidates, budget, options, threads);
   CodeVectors trained = train_book(vectors, bits.books[0], options, options.seed * 64, threads);
   const auto [least, most] = std::ranges::minmax_element(trained.values);
   Book& book = part.books[0];
   const double middle = (static_cast<double>(*least) + static_cast<double>(*most)) / 2;
-  choose_entries(domain, (static_cast<double>(*most) - static_cast<double>(*least)) / 2 * 127 / 127.5, bits.error, book);
+  choose_entries(domain, (static_cast<double>(*most) - static_cast<double>(*least)) / 2 * 127 / 127.5, bits.active_error, book);
   // A multiple of the scale, so that the zero block is exact; entries use all 2^8 or 2^16 values.
   const double units = units_of(domain);
   part.dc_base = static_cast<std::int32_t>(std::floor(middle * units / book.scale + 0.5)) * book.scale;

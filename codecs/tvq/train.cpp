@@ -115,7 +115,7 @@ std::uint64_t training_size(const Options& options, std::uint64_t code_vectors) 
   return std::clamp<std::uint64_t>(32 * code_vectors, 8192, 65536);
 }
 
-unsigned training_iterations(const Options& options) { return options.best ? 30 : 10; }
+unsigned training_iterations(const Options& options) { return options.rough ? 2 : options.best ? 30 : 10; }
 
 CodeVectors train_book(const Vectors& vectors, unsigned bits, const Options& options, std::uint64_t seed, unsigned threads) {
   const unsigned d = vectors.dimensions;
@@ -173,9 +173,18 @@ ClassifiedBooks train_chapters(std::span<const float> coefficients, std::span<co
     if (bits[p] == 0) continue;
     const std::uint32_t entries = (1u << bits[p]) - 1;
     const ChapterOf chapter_of = chapters_by_fold(p, population, entries);
-    const std::vector<std::uint32_t> sample = sample_active(vectors, training_size(options, std::uint64_t{1} << bits[p]));
+    // Chapters learn from blocks of their classes alone, which may be few among all.
+    const std::uint64_t size = training_size(options, std::uint64_t{1} << bits[p]);
+    std::vector<std::uint32_t> users;
+    for (std::uint32_t n = 0; n < classes.size(); ++n) {
+      if (chapter_of[classes[n]] != kNoChapter) users.push_back(n);
+    }
+    const std::uint64_t drawn = std::min<std::uint64_t>(users.size(), size);
     std::array<std::vector<std::uint32_t>, kClasses> members;
-    for (const std::uint32_t n : sample) members[chapter_of[classes[n]]].push_back(n);
+    for (std::uint64_t i = 0; i < drawn; ++i) {
+      const std::uint32_t n = users[i * users.size() / drawn];
+      members[chapter_of[classes[n]]].push_back(n);
+    }
     std::vector<std::uint8_t> used;
     std::vector<std::vector<float>> values;
     std::vector<ChapterDemand> demands;
@@ -191,7 +200,7 @@ ClassifiedBooks train_chapters(std::span<const float> coefficients, std::span<co
       }
       used.push_back(c);
       demands.push_back(demand_of({values.back().data(), members[c].size(), live.count, live.count},
-                                  static_cast<double>(members[c].size()) / static_cast<double>(sample.size())));
+                                  static_cast<double>(members[c].size()) / static_cast<double>(drawn)));
     }
     if (used.empty()) continue;
     const std::vector<std::uint32_t> share = share_entries(demands, entries);
@@ -209,6 +218,7 @@ ClassifiedBooks train_chapters(std::span<const float> coefficients, std::span<co
     }
     if (!options.global) continue;
     // From here on the classes are but where the iteration begins: all code vectors for all blocks.
+    const std::vector<std::uint32_t> sample = sample_active(vectors, size);
     const std::vector<float> all = gather(vectors, sample, 0, d);
     refine(book, {all.data(), sample.size(), d, d}, {.iterations = training_iterations(options), .fixed = 1}, threads);
     result.chapters[p].clear();

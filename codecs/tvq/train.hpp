@@ -13,11 +13,13 @@ struct Options {
   double tau = 0;          ///< what a class may lose, in root mean squared errors of the target; 0: tried out
   std::array<unsigned, kMaxBooks> bits{8, 8, 8};
   double rate = 0;         ///< bits a voxel of planes and books; 0: `bits`
+  bool count_device = false;  ///< `rate` counts the books of a device instead of those of the file
   bool operational = true; ///< bits by measured distortion instead of the model
   bool global = true;      ///< codes from the whole book instead of the chapter of the block's class
   bool classify = true;
   Initialisation initialisation = Initialisation::kSplit;
   bool best = false;       ///< all vectors and more iterations
+  bool rough = false;      ///< a few iterations, to compare
   unsigned dc_bits = 0;    ///< 0: by the error of the books
   bool coefficients = true;  ///< books in the file as coefficients
   bool closed_loop = true;   ///< hvq: voxels relative to the coded octants

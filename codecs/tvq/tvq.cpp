@@ -19,11 +19,12 @@ ParameterSpec text(std::string_view name, std::vector<std::string_view> names, s
 }
 
 ParameterSpec rate_parameter(std::string_view value) {
-  return integer("rate", value, 0, 8000, "planes and books in the file, at most, in 1/1000 bit a voxel; the bits are chosen; 0: as given");
+  return integer("rate", value, 0, 8000, "planes and books, about, in 1/1000 bit a voxel: bits are chosen for it; 0: bits as given");
 }
 
 /// What all three take, after their own.
 std::vector<ParameterSpec> with_common(std::vector<ParameterSpec> own) {
+  own.push_back(text("count", {"file", "device"}, "whose books `rate` counts: those in the file, or the entries that a device holds"));
   own.push_back(text("alloc", {"operational", "paper"}, "chooses bits for `rate` by measured distortion, or by the paper's model of variances"));
   own.push_back(text("init", {"split", "random", "scalar", "pnn"}, "where the LBG iteration begins: splits across principal axes, random vectors, grids of scalar quantisers, pairwise nearest neighbours"));
   own.push_back(text("effort", {"fast", "best"}, "trains with a sample of the vectors, or with all of them and more iterations"));
@@ -48,6 +49,7 @@ EncoderSettings common_settings(const Parameters& parameters) {
   EncoderSettings settings;
   Options& options = settings.options;
   options.rate = static_cast<double>(parameters.integer("rate")) / 1000;
+  options.count_device = parameters.text("count") == "device";
   options.operational = parameters.text("alloc") == "operational";
   options.initialisation = choice_of<Initialisation>(parameters, "init",
                                                      {{"split", Initialisation::kSplit}, {"random", Initialisation::kRandom},
