@@ -125,7 +125,7 @@ void quantise_coefficients(const Domain& domain, unsigned partition, const Basis
   const unsigned n = kPartitionSize[partition];
   double step = coefficient_step(n, error) * per_sample;
   step = std::max(step, largest_of(code_vectors) * per_sample / 32767);
-  book.step = static_cast<std::uint16_t>(std::clamp(std::ceil(step), 1.0, 65535.0));
+  book.step = static_cast<std::uint32_t>(std::clamp(std::ceil(step), 1.0, static_cast<double>(kLargestStep)));
   book.size = code_vectors.size();
   book.coefficients.clear();
   for (float& value : code_vectors.values) {

@@ -207,22 +207,23 @@ Expected<void> read_part(const Scheme& scheme, ByteReader& in, TransformKind kin
     book.size = in.get<std::uint32_t>();
     book.scale = in.get<std::uint16_t>();
     book.entry_bytes = in.get<std::uint8_t>();
-    book.step = in.get<std::uint16_t>();
+    book.step = in.get<std::uint32_t>();
     const auto chapters = in.get<std::uint8_t>();
     if (book.size == 0 || book.size > (1u << kMaxBookBits)) return malformed(book_at, "a book of 1..16384 code vectors");
     if (book.scale == 0 || (book.entry_bytes != 1 && book.entry_bytes != 2)) return malformed(book_at + 4, "a scale and entries of 1 or 2 bytes");
+    if (book.step > kLargestStep) return malformed(book_at + 7, "a step of at most 200000");
     if (book.step > 0 && !scheme.has_transform()) return malformed(book_at + 7, "entries, found coefficients");
     std::uint64_t sum = 0;
     int last_class = 0;
     for (unsigned c = 0; c < chapters; ++c) {
       const auto block_class = in.get<std::uint8_t>();
       const auto size = in.get<std::uint16_t>();
-      if (block_class <= last_class || block_class >= kClasses || size == 0) return malformed(book_at + 10, "chapters of ascending classes");
+      if (block_class <= last_class || block_class >= kClasses || size == 0) return malformed(book_at + 12, "chapters of ascending classes");
       last_class = block_class;
       sum += size;
       book.chapters.push_back({block_class, size});
     }
-    if (chapters > 0 && sum != book.size - 1) return malformed(book_at + 10, fmt::format("chapters of {} code vectors", book.size - 1));
+    if (chapters > 0 && sum != book.size - 1) return malformed(book_at + 12, fmt::format("chapters of {} code vectors", book.size - 1));
   }
   std::vector<std::int16_t> stored(Basis::stored_values(kind));
   for (std::int16_t& value : stored) {
@@ -392,7 +393,7 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
   if (flags > 2 || (flags > 0 && !scheme.has_transform())) return malformed(40, "a kind of transform");
   // Each sub-volume takes at least its header: too many for the payload are found before anything is allocated for them.
   const Extent grid = encoding.grid(info.extent);
-  const std::uint64_t least = 9 + 10 * scheme.books;
+  const std::uint64_t least = 9 + 12 * scheme.books;
   const std::uint64_t most = in.remaining() / least;
   if (grid.x > most || grid.y > most / grid.x || grid.z > most / (grid.x * grid.y)) {
     return fail(ErrorCode::kTruncated, fmt::format("offset 52: expected {} sub-volumes, found {} bytes", to_string(grid), in.remaining()));

@@ -26,6 +26,9 @@ inline constexpr unsigned kMaxDcBits = 16;
 /// No term of a sum exceeds this, so sums stay below 2^28.
 inline constexpr std::int64_t kLargestTerm = std::int64_t{1} << 26;
 
+/// So that projections stay below 2^63.
+inline constexpr std::uint32_t kLargestStep = 200000;
+
 struct Scheme {
   std::string_view id;
   bool dc;
@@ -68,7 +71,7 @@ struct Book {
   std::uint32_t size = 1;        ///< code vectors; code 0 is the zero vector (Scheme::zero_vectors)
   std::uint16_t scale = 1;       ///< units an entry
   std::uint8_t entry_bytes = 1;  ///< of an entry on a device: 1 or 2
-  std::uint16_t step = 0;        ///< of coefficients, in 2^-8 units; 0: the file stores the entries
+  std::uint32_t step = 0;        ///< of coefficients, in 2^-8 units, at most kLargestStep; 0: the file stores the entries
   std::vector<std::int16_t> coefficients;  ///< size x Scheme::coefficients, if step > 0
   std::vector<std::int16_t> entries;       ///< size x Scheme::length
   std::vector<Chapter> chapters;           ///< sizes sum to size - 1; none: one unclassified book
