@@ -10,6 +10,7 @@
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
 #include "codecs/raw/raw.hpp"
+#include "codecs/tvq/tvq.hpp"
 #include "codecs/zfp/zfp.hpp"
 
 namespace cvr::codecs {
@@ -28,6 +29,9 @@ std::span<const Codec* const> all_codecs() {
       &csgvr_nibble_codec(),
       &csgvr_codec(),
       &csgvr_sb_codec(),
+      &vq_codec(),
+      &hvq_codec(),
+      &tvq_codec(),
       &zfp_codec(),
       &astc_codec(),
       &bc4_codec(),

@@ -16,6 +16,7 @@ namespace cvr::shaders {
 #include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"
 #include "shaders/shared/neuroglancer.glsl"
+#include "shaders/shared/tvq.glsl"
 
 // The serial decoder, once for each source of symbols.
 namespace serial_nibble {

@@ -37,6 +37,7 @@ shared uint cvr_shared[CVR_SHARED_WORDS];
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/label_codes.glsl"
 #include "shaders/shared/neuroglancer.glsl"
+#include "shaders/shared/tvq.glsl"
 layout(push_constant) uniform Push {
   uint64_t buffers[6];
   Labels labels;
