@@ -53,6 +53,7 @@ struct Traits {
   bool levels_of_detail;         ///< decodes coarser levels without the finer ones
   bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
   bool gpu_decodable = false;    ///< decoders of label volumes have a gpu_encoding()
+  bool gpu_scalars = false;      ///< decoders of scalar volumes have gpu_samples()
 };
 
 /// Why a codec cannot encode volumes of this type and kind: kUnsupported. Lossy codecs take scalars alone, since an

@@ -27,9 +27,9 @@ std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info
   const auto& traits = codecs::find_codec(cell.codec)->traits();
   if (const auto accepted = codecs::accepts(traits, info); !accepted) return accepted.error().message;
   if (cell.stage == Stage::kRender) {
-    if (!traits.gpu_decodable) return "no decoder for the GPU";
     const RenderChoice& choice = *cell.render;
     const bool labels = info.kind == volumes::VolumeKind::kLabels;
+    if (!(labels ? traits.gpu_decodable : traits.gpu_scalars)) return "no decoder for the GPU";
     const gpu::CacheTraits& access = *gpu::find_cache(choice.access);
     if (labels) return access.labels ? "" : fmt::format("{} serves scalar volumes alone", access.id);
     if (!access.scalars) return fmt::format("{} serves label volumes alone", access.id);

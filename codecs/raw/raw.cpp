@@ -67,7 +67,8 @@ class RawCodec final : public Codec {
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = false,
                                 .stored_compressed = false,
-                                .gpu_decodable = true};
+                                .gpu_decodable = true,
+                                .gpu_scalars = true};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override { return {}; }

@@ -185,6 +185,29 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   std::string_view step_name(unsigned step) const override { return scheme_.steps[step]; }
   std::uint64_t step_bytes(unsigned step) const override { return steps_[step]; }
 
+  /// With one sub-volume the row stands in constants: a device then reads the record and one entry a book.
+  Expected<GpuSamples> gpu_samples(unsigned step) const override {
+    if (scheme_.dc ? step > scheme_.books : step != 0)
+      return fail(ErrorCode::kBadArgument, fmt::format("step: expected 0..{}, found {}", scheme_.dc ? scheme_.books : 0, step));
+    if (info_.extent.x > UINT32_MAX || info_.extent.y > UINT32_MAX || info_.extent.z > UINT32_MAX)
+      return fail(ErrorCode::kUnsupported, "an axis exceeds 2^32 voxels");
+    GpuSamples samples{.decoder = "tvq", .constants = {}, .buffers = {}};
+    const auto constant = [&](std::string name, std::uint32_t value) { samples.constants.emplace_back("CVR_TVQ_" + std::move(name), value); };
+    constant("READ", scheme_.dc ? step : scheme_.books);
+    constant("EDGE", edge_);
+    constant("FLOAT", info_.type == VoxelType::kF32 ? 1 : 0);
+    constant("FRACTION", domain_.fraction);
+    constant("ZERO", static_cast<std::uint32_t>(domain_.zero));
+    constant("LOW", static_cast<std::uint32_t>(domain_.low));
+    constant("HIGH", static_cast<std::uint32_t>(domain_.high));
+    constant("OFFSET", std::bit_cast<std::uint32_t>(domain_.offset));
+    constant("STEP_A", std::bit_cast<std::uint32_t>(domain_.step_a));
+    constant("STEP_B", std::bit_cast<std::uint32_t>(domain_.step_b));
+    for (std::uint32_t k = 0; edge_ == 0 && k < kRow; ++k) constant(fmt::format("ROW_{}", k), words_[k]);
+    samples.buffers.push_back({"blocks and books", std::as_bytes(std::span(words_)), nullptr});
+    return samples;
+  }
+
   std::uint64_t index_bytes() const override { return device_.index; }
   std::uint64_t book_bytes() const override { return device_.books; }
   std::span<const std::uint32_t> words() const override { return words_; }
@@ -222,7 +245,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
       }
       const std::uint64_t block = blocks_[part].index({inside.x / kBlockEdge, inside.y / kBlockEdge, inside.z / kBlockEdge});
       const auto i = static_cast<std::uint32_t>((inside.x & 3) + 4 * (inside.y & 3) + 16 * (inside.z & 3));
-      const int sum = shaders::cvr_tvq_sum(words, static_cast<std::uint32_t>(part * kRow), block, i, kMaxBooks);
+      const shaders::TvqRow row = shaders::cvr_tvq_row(words, static_cast<std::uint32_t>(part * kRow));
+      const int sum = shaders::cvr_tvq_sum(words, row, block, i, kMaxBooks);
       switch (info_.type) {
         case VoxelType::kF32: labels[n] = std::bit_cast<std::uint32_t>(exception_or(c, shaders::cvr_tvq_float(domain_, sum))); break;
         case VoxelType::kI16: labels[n] = static_cast<std::uint16_t>(shaders::cvr_tvq_integer(domain_, sum)); break;

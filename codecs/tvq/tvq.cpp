@@ -67,7 +67,7 @@ class BlockCodec : public Codec {
   BlockCodec(const Scheme& scheme, std::string_view summary, std::vector<ParameterSpec> parameters)
       : scheme_(scheme),
         traits_{.id = scheme.id, .version = 1, .family = "tvq", .summary = summary, .lossless = false, .types = kTypes,
-                .access = Granularity::kVoxel, .levels_of_detail = false, .stored_compressed = false},
+                .access = Granularity::kVoxel, .levels_of_detail = false, .stored_compressed = false, .gpu_scalars = true},
         parameters_(with_common(std::move(parameters))) {}
 
   const Traits& traits() const override { return traits_; }

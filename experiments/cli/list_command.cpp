@@ -37,6 +37,7 @@ Row describe_codec(const codecs::Codec& codec) {
   c["levels_of_detail"] = t.levels_of_detail;
   c["stored_compressed"] = t.stored_compressed;
   c["gpu_decodable"] = t.gpu_decodable;
+  c["gpu_scalars"] = t.gpu_scalars;
   c["parameters"] = Row::array();
   for (const auto& spec : codec.parameters()) c["parameters"].push_back(describe_parameter(spec));
   return c;

@@ -94,13 +94,13 @@ Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header
   return steps;
 }
 
-/// Bytes on a GPU of all buffers of a decoder's encoding; 0 where it has none.
+/// Bytes on a GPU of all buffers of a decoder of scalars; 0 where it has none.
 std::uint64_t gpu_bytes(const codecs::OpenedFile& file) {
   const auto decoder = checked(codecs::open_decoder(file));
-  const auto encoding = decoder->gpu_encoding(0, std::max(1u, std::thread::hardware_concurrency()));
+  const codecs::ProgressiveAccess* progressive = decoder->progressive_access();
   std::uint64_t bytes = 0;
-  if (encoding) {
-    for (const codecs::GpuBuffer& buffer : encoding->buffers) bytes += buffer.bytes.size();
+  if (const auto samples = decoder->gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1)) {
+    for (const codecs::GpuBuffer& buffer : samples->buffers) bytes += buffer.bytes.size();
   }
   return bytes;
 }
@@ -126,7 +126,7 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std:
   size["published_rate"] = percent(file.published_bytes, voxels * accounted);
   size["published_bytes_per_voxel"] = accounted;
   size["bits_per_voxel"] = 8.0 * static_cast<double>(file_bytes) / static_cast<double>(voxels);
-  if (const auto& traits = file.codec->traits(); !traits.lossless && traits.gpu_decodable) {
+  if (const auto& traits = file.codec->traits(); !traits.lossless && traits.gpu_scalars) {
     if (const std::uint64_t bytes = gpu_bytes(file); bytes > 0) {
       size["gpu_bytes"] = bytes;
       size["gpu_bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);

@@ -11,11 +11,12 @@
 //   7 + 4p  units an entry
 //   8 + 4p  bit 0: entries of 16 bits, else 8 (signed, low first); bit 1: 8 entries a code vector, one an octant, else 64, one a
 //           voxel; bit 2: the book is not there
-// A record may end in the word after the last, so one word more follows.
+// A record is read as two or three words, so two words more follow.
 #ifndef CVR_TVQ_GLSL
 #define CVR_TVQ_GLSL
 
 #define CVR_TVQ_ROW 17u
+#define CVR_TVQ_BOOKS 3u
 
 // How sums become voxels (codecs/tvq/format.hpp, Domain).
 struct TvqDomain {
@@ -28,10 +29,33 @@ struct TvqDomain {
   float step_b;
 };
 
-CVR_FUNC uint cvr_tvq_field(Words words, uint first, uint64_t bit, uint width) {
-  if (width == 0u) return 0u;
-  uint64_t pair = cvr_word64(words, first + uint(bit >> 5));
-  return uint(pair >> (uint(bit) & 31u)) & ((1u << width) - 1u);
+// A row, read.
+struct TvqRow {
+  uint records;
+  uint record_bits;  // at most 58
+  uint dc_bits;
+  uint dc_base;
+  uint dc_step;
+  uint bits[CVR_TVQ_BOOKS];
+  uint first[CVR_TVQ_BOOKS];
+  uint scale[CVR_TVQ_BOOKS];
+  uint flags[CVR_TVQ_BOOKS];
+};
+
+CVR_FUNC TvqRow cvr_tvq_row(Words words, uint at) {
+  TvqRow row;
+  row.records = cvr_read(words, at);
+  row.record_bits = cvr_read(words, at + 1u);
+  row.dc_bits = cvr_read(words, at + 2u);
+  row.dc_base = cvr_read(words, at + 3u);
+  row.dc_step = cvr_read(words, at + 4u);
+  CVR_UNROLL for (uint p = 0u; p < CVR_TVQ_BOOKS; ++p) {
+    row.bits[p] = cvr_read(words, at + 5u + 4u * p);
+    row.first[p] = cvr_read(words, at + 6u + 4u * p);
+    row.scale[p] = cvr_read(words, at + 7u + 4u * p);
+    row.flags[p] = cvr_read(words, at + 8u + 4u * p);
+  }
+  return row;
 }
 
 CVR_FUNC int cvr_tvq_entry(Words words, uint first, uint i, bool wide) {
@@ -39,22 +63,23 @@ CVR_FUNC int cvr_tvq_entry(Words words, uint first, uint i, bool wide) {
   return int(cvr_read(words, first + (i >> 2)) << (24u - 8u * (i & 3u))) >> 24;
 }
 
-// The sum of voxel i = x + 4y + 16z of block n of the sub-volume whose row begins at a word, from DC and the first `books` books.
-CVR_FUNC int cvr_tvq_sum(Words words, uint row, uint64_t n, uint i, uint books) {
-  uint records = cvr_read(words, row);
-  uint64_t bit = n * cvr_read(words, row + 1u);
-  uint width = cvr_read(words, row + 2u);
-  int sum = int(cvr_read(words, row + 3u)) + int(cvr_tvq_field(words, records, bit, width) * cvr_read(words, row + 4u));
-  bit += width;
-  for (uint p = 0u; p < books; ++p) {
-    uint at = row + 5u + 4u * p;
-    width = cvr_read(words, at);
-    uint code = cvr_tvq_field(words, records, bit, width);
-    bit += width;
-    uint flags = cvr_read(words, at + 3u);
-    if ((flags & 4u) != 0u) continue;
-    uint entry = (flags & 2u) != 0u ? code * 8u + ((i >> 1) & 1u) + 2u * ((i >> 3) & 1u) + 4u * (i >> 5) : code * 64u + i;
-    sum += cvr_tvq_entry(words, cvr_read(words, at + 1u), entry, (flags & 1u) != 0u) * int(cvr_read(words, at + 2u));
+// The sum of voxel i = x + 4y + 16z of block n of a sub-volume, from DC and the first `books` books.
+CVR_FUNC int cvr_tvq_sum(Words words, TvqRow row, uint64_t n, uint i, uint books) {
+  uint64_t bit = n * uint64_t(row.record_bits);
+  uint word = row.records + uint(bit >> 5);
+  uint shift = uint(bit) & 31u;
+  uint64_t record = 0u;
+  if (row.record_bits > 0u) record = cvr_word64(words, word) >> shift;
+  if (shift + row.record_bits > 64u) record |= uint64_t(cvr_read(words, word + 2u)) << (64u - shift);
+  int sum = int(row.dc_base) + int((uint(record) & ((1u << row.dc_bits) - 1u)) * row.dc_step);
+  record >>= row.dc_bits;
+  CVR_UNROLL for (uint p = 0u; p < CVR_TVQ_BOOKS; ++p) {
+    uint code = uint(record) & ((1u << row.bits[p]) - 1u);
+    record >>= row.bits[p];
+    if (p < books && (row.flags[p] & 4u) == 0u) {
+      uint entry = (row.flags[p] & 2u) != 0u ? code * 8u + ((i >> 1) & 1u) + 2u * ((i >> 3) & 1u) + 4u * (i >> 5) : code * 64u + i;
+      sum += cvr_tvq_entry(words, row.first[p], entry, (row.flags[p] & 1u) != 0u) * int(row.scale[p]);
+    }
   }
   return sum;
 }

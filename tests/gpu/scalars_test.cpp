@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "codecs/raw/raw.hpp"
+#include "codecs/registry.hpp"
 #include "gpu/scalars/reference.hpp"
 #include "gpu/scalars/renderer.hpp"
 #include "tests/gpu/drawing.hpp"
@@ -131,6 +132,41 @@ TEST(Scalars, SlabsThatAreDrawnAloneAddUp) {
   const Camera camera{.eye = {0.1, 0.2, 1.7}};
   EXPECT_EQ(renderer->render(camera).decoded, volume.extent().voxels());
   EXPECT_EQ(renderer->render(camera, 10, 20).decoded, 13 * 16 * 16);  // slices 9 to 21
+}
+
+/// Every codec with a decoder of scalars for the GPU, every type, every progressive step: the picture is that of what the CPU decodes.
+TEST(Scalars, EveryCodecDrawsWhatItDecodes) {
+  unsigned pictures = 0;
+  for (const codecs::Codec* codec : codecs::all_codecs()) {
+    if (!codec->traits().gpu_scalars) continue;
+    for (const VoxelType type : {VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32}) {
+      const Volume volume = blobs({22, 17, 30}, type);
+      if (!codecs::accepts(codec->traits(), volume.info())) continue;
+      const auto parameters = codecs::Parameters::parse(codec->parameters(), {}).value();
+      const auto encoded = codecs::encode(*codec, volumes::MemorySource(volume), parameters, 2).value();
+      const auto file = codecs::open_file(encoded.bytes.bytes()).value();
+      const auto decoder = codecs::open_decoder(file).value();
+      const codecs::ProgressiveAccess* progressive = decoder->progressive_access();
+      for (unsigned step = 0; step < (progressive == nullptr ? 1 : progressive->steps()); ++step) {
+        volumes::VolumeSink sink(volume.info());
+        const auto decoded = progressive == nullptr ? decoder->decode(0, 1, sink) : progressive->decode_step(step, 1, sink);
+        ASSERT_TRUE(decoded);
+        const Scene scene = scalar_scene();
+        const Image truth = render_scalars(sink.take(), scene, gpu::value_range(volume), corner_view(), 2);
+        for (const char* access : {"none", "slices"}) {
+          auto renderer = gpu::ScalarRenderer::make(device(), decoder->gpu_samples(step).value(), volume.info(),
+                                                    {access, 0, scene.width, scene.height})
+                              .value();
+          renderer->set_scene(scene, gpu::value_range(volume));
+          renderer->render(corner_view());
+          EXPECT_GT(psnr(truth, renderer->read_image()), kLeastPsnr)
+              << codec->traits().id << ", " << name_of(type) << ", step " << step << ", " << access;
+          ++pictures;
+        }
+      }
+    }
+  }
+  EXPECT_GE(pictures, 8u);
 }
 
 TEST(Scalars, RefusesWhatIsNotThere) {
