@@ -10,9 +10,9 @@ namespace cvr::codecs::tvq {
 
 /// What a code of b bits costs: [b] from the least number of bits on. Infinite distortion marks what cannot be had.
 struct BitCurve {
-  unsigned first = 0;               ///< bits of the first entry
-  std::vector<double> distortion;   ///< of all blocks together
-  std::vector<double> book_bits;    ///< size of the book in the file
+  unsigned first = 0;              ///< bits of the first entry
+  std::vector<double> distortion;  ///< of all blocks together
+  std::vector<double> book_bits;   ///< size of the book in the file
 };
 
 /// The bits that minimise the sum of the distortions with blocks * (sum of bits) + books <= budget, by trying all; of equals the fewest
@@ -27,9 +27,9 @@ std::vector<double> model_curve(unsigned dimensions, double variance, double blo
 /// probability * amplitude * N^(-2 / dimensions).
 struct ChapterDemand {
   double probability;
-  double amplitude;      ///< dimensions * geometric mean of the variances
-  unsigned dimensions;   ///< those with variance
-  std::uint32_t most;    ///< distinct vectors, or members
+  double amplitude;     ///< dimensions * geometric mean of the variances
+  unsigned dimensions;  ///< those with variance
+  std::uint32_t most;   ///< distinct vectors, or members
 };
 /// Shares `entries` >= demands.size() code vectors among the classes, at least one and at most `most` each, with equal slopes of
 /// distortion; whole numbers by the largest remainder, ties to the first. What nobody can use is left over.

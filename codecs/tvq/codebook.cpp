@@ -235,7 +235,8 @@ CodeVectors pnn_codebook(const Vectors& vectors, std::uint32_t size) {
     for (std::size_t b = 0; b < clusters.size(); ++b) {
       if (b == a) continue;
       double distance = 0;
-      for (unsigned j = 0; j < d; ++j) distance += (cluster.centre[j] - clusters[b].centre[j]) * (cluster.centre[j] - clusters[b].centre[j]);
+      for (unsigned j = 0; j < d; ++j)
+        distance += (cluster.centre[j] - clusters[b].centre[j]) * (cluster.centre[j] - clusters[b].centre[j]);
       const double cost = cluster.weight * clusters[b].weight / (cluster.weight + clusters[b].weight) * distance;
       if (cost < cluster.cost) cluster.cost = cost, cluster.partner = b;
     }
@@ -328,7 +329,8 @@ std::vector<double> refine(CodeVectors& book, const Vectors& vectors, const LbgO
     if (pass == options.iterations || settled) break;
     best = book;
     volumes::parallel_for(threads, (book.size() + 63) / 64, [&](unsigned, std::uint64_t chunk) {
-      for (std::uint64_t k = std::max<std::uint64_t>(chunk * 64, options.fixed); k < std::min<std::uint64_t>(book.size(), chunk * 64 + 64); ++k) {
+      for (std::uint64_t k = std::max<std::uint64_t>(chunk * 64, options.fixed); k < std::min<std::uint64_t>(book.size(), chunk * 64 + 64);
+           ++k) {
         const auto members = cells.of(static_cast<std::uint32_t>(k));
         if (members.empty()) continue;
         const std::vector<double> mean = mean_of(vectors, members);
@@ -432,10 +434,14 @@ CodeVectors SplitTree::codebook(std::uint32_t count) const {
 
 CodeVectors initial_codebook(Initialisation how, const Vectors& vectors, std::uint32_t size, std::uint64_t seed) {
   switch (how) {
-    case Initialisation::kRandom: return random_codebook(vectors, size, seed);
-    case Initialisation::kScalar: return scalar_codebook(vectors, size);
-    case Initialisation::kPnn: return pnn_codebook(vectors, size);
-    case Initialisation::kSplit: break;
+    case Initialisation::kRandom:
+      return random_codebook(vectors, size, seed);
+    case Initialisation::kScalar:
+      return scalar_codebook(vectors, size);
+    case Initialisation::kPnn:
+      return pnn_codebook(vectors, size);
+    case Initialisation::kSplit:
+      break;
   }
   return SplitTree(vectors, size).codebook(size);
 }

@@ -64,7 +64,7 @@ class SplitTree {
 
  private:
   struct Cut {
-    std::uint32_t leaf;              ///< this leaf becomes `first`; `second` is appended
+    std::uint32_t leaf;  ///< this leaf becomes `first`; `second` is appended
     std::vector<float> first, second;
   };
   unsigned dimensions_;

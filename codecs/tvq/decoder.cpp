@@ -152,9 +152,18 @@ inline void finish_block(const shaders::TvqDomain& domain, const std::int32_t* s
 
 class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public ProgressiveAccess, public DeviceImage {
  public:
-  BlockDecoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding, std::vector<std::uint32_t> words, const StepBytes& steps)
-      : scheme_(scheme), info_(info), domain_(shader_domain(encoding.domain)), edge_(encoding.edge), grid_(encoding.grid(info.extent)),
-        error_(encoding.error), exceptions_(encoding.exceptions), exception_bits_(encoding.exception_bits), words_(std::move(words)), steps_(steps),
+  BlockDecoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding, std::vector<std::uint32_t> words,
+               const StepBytes& steps)
+      : scheme_(scheme),
+        info_(info),
+        domain_(shader_domain(encoding.domain)),
+        edge_(encoding.edge),
+        grid_(encoding.grid(info.extent)),
+        error_(encoding.error),
+        exceptions_(encoding.exceptions),
+        exception_bits_(encoding.exception_bits),
+        words_(std::move(words)),
+        steps_(steps),
         device_(device_bytes(scheme, encoding)) {
     std::int64_t largest = 0;  // of any sum, with its rounding
     for (const SubVolume& part : encoding.parts) {
@@ -248,9 +257,15 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
       const shaders::TvqRow row = shaders::cvr_tvq_row(words, static_cast<std::uint32_t>(part * kRow));
       const int sum = shaders::cvr_tvq_sum(words, row, block, i, kMaxBooks);
       switch (info_.type) {
-        case VoxelType::kF32: labels[n] = std::bit_cast<std::uint32_t>(exception_or(c, shaders::cvr_tvq_float(domain_, sum))); break;
-        case VoxelType::kI16: labels[n] = static_cast<std::uint16_t>(shaders::cvr_tvq_integer(domain_, sum)); break;
-        default: labels[n] = static_cast<std::uint32_t>(shaders::cvr_tvq_integer(domain_, sum)); break;
+        case VoxelType::kF32:
+          labels[n] = std::bit_cast<std::uint32_t>(exception_or(c, shaders::cvr_tvq_float(domain_, sum)));
+          break;
+        case VoxelType::kI16:
+          labels[n] = static_cast<std::uint16_t>(shaders::cvr_tvq_integer(domain_, sum));
+          break;
+        default:
+          labels[n] = static_cast<std::uint32_t>(shaders::cvr_tvq_integer(domain_, sum));
+          break;
       }
     }
     return {};
@@ -274,9 +289,12 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
 
   void decode_row(std::uint64_t z0, std::uint64_t z1, std::uint64_t z, std::uint64_t y, unsigned step, std::byte* out) const {
     switch (info_.type) {
-      case VoxelType::kU16: return decode_typed<std::int32_t, std::uint16_t>(wide_tables_, z0, z1, z, y, step, out);
-      case VoxelType::kI16: return decode_typed<std::int32_t, std::int16_t>(wide_tables_, z0, z1, z, y, step, out);
-      case VoxelType::kF32: return decode_typed<std::int32_t, float>(wide_tables_, z0, z1, z, y, step, out);
+      case VoxelType::kU16:
+        return decode_typed<std::int32_t, std::uint16_t>(wide_tables_, z0, z1, z, y, step, out);
+      case VoxelType::kI16:
+        return decode_typed<std::int32_t, std::int16_t>(wide_tables_, z0, z1, z, y, step, out);
+      case VoxelType::kF32:
+        return decode_typed<std::int32_t, float>(wide_tables_, z0, z1, z, y, step, out);
       default:
         if (narrow_) return decode_typed<std::int16_t, std::uint8_t>(narrow_tables_, z0, z1, z, y, step, out);
         return decode_typed<std::int32_t, std::uint8_t>(wide_tables_, z0, z1, z, y, step, out);
@@ -285,8 +303,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
 
   /// The blocks of one row along x that begin at (y, z); z0..z1 are the planes of `out`.
   template <class S, class T>
-  void decode_typed(const std::vector<Table<S>>& tables, std::uint64_t z0, std::uint64_t z1, std::uint64_t z, std::uint64_t y, unsigned step,
-                    std::byte* out) const {
+  void decode_typed(const std::vector<Table<S>>& tables, std::uint64_t z0, std::uint64_t z1, std::uint64_t z, std::uint64_t y,
+                    unsigned step, std::byte* out) const {
     static constexpr std::array<S, kBlockVoxels> kNothing{};
     const Extent& e = info_.extent;
     T* voxels = reinterpret_cast<T*>(out);
@@ -347,8 +365,10 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     if (exceptions_.empty()) return;
     const std::uint64_t plane = info_.extent.x * info_.extent.y, begin = z0 * plane, end = z1 * plane;
     for (std::size_t run = run_from(begin); run < exceptions_.size() && exceptions_[run].first < end; ++run) {
-      const std::uint64_t first = std::max(begin, exceptions_[run].first), last = std::min(end, exceptions_[run].first + exceptions_[run].count);
-      std::memcpy(out + (first - begin), exception_bits_.data() + exception_at_[run] + (first - exceptions_[run].first), (last - first) * sizeof(float));
+      const std::uint64_t first = std::max(begin, exceptions_[run].first),
+                          last = std::min(end, exceptions_[run].first + exceptions_[run].count);
+      std::memcpy(out + (first - begin), exception_bits_.data() + exception_at_[run] + (first - exceptions_[run].first),
+                  (last - first) * sizeof(float));
     }
   }
 
@@ -372,7 +392,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
 
 }  // namespace
 
-Expected<std::unique_ptr<Decoder>> make_decoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding, const StepBytes& steps) {
+Expected<std::unique_ptr<Decoder>> make_decoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding,
+                                                const StepBytes& steps) {
   auto words = make_image(scheme, encoding);
   if (!words) return fail(ErrorCode::kTooLarge, "books and records exceed 2^32 words");
   return std::make_unique<BlockDecoder>(scheme, info, encoding, std::move(*words), steps);

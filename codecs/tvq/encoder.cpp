@@ -9,7 +9,7 @@ namespace cvr::codecs::tvq {
 namespace {
 
 constexpr unsigned kLeastDcBits = 6;
-constexpr unsigned kMostAllocated = 12;       // bits of a book that the allocation considers
+constexpr unsigned kMostAllocated = 12;  // bits of a book that the allocation considers
 constexpr double kTauOfTarget = 0.7;
 
 /// Means of the eight octants of a block, minus `mean`.
@@ -81,7 +81,9 @@ float dc_value(const Domain& domain, const SubVolume& part, std::size_t block) {
 }
 
 /// Units an entry, so that entries up to `largest` samples fit.
-double entry_scale(const Domain& domain, double largest, double limit) { return std::max(1.0, std::ceil(largest * units_of(domain) / limit)); }
+double entry_scale(const Domain& domain, double largest, double limit) {
+  return std::max(1.0, std::ceil(largest * units_of(domain) / limit));
+}
 
 /// One byte an entry where its rounding costs less than 2 % of the error; for u8 always.
 unsigned entry_bytes(const Domain& domain, double largest, double error) {
@@ -120,7 +122,8 @@ void quantise_entries(const Domain& domain, double error, CodeVectors& code_vect
 
 /// Rounds code vectors of coefficients, so finely that it costs 1 % of the error, and projects them; `code_vectors` become what the
 /// coefficients say.
-void quantise_coefficients(const Domain& domain, unsigned partition, const Basis& basis, double error, bool keep, CodeVectors& code_vectors, Book& book) {
+void quantise_coefficients(const Domain& domain, unsigned partition, const Basis& basis, double error, bool keep, CodeVectors& code_vectors,
+                           Book& book) {
   const double per_sample = units_of(domain) * 256;
   const unsigned n = kPartitionSize[partition];
   double step = coefficient_step(n, error) * per_sample;
@@ -182,7 +185,8 @@ double vector_bits(const Domain& domain, const Candidate& candidate, double erro
   // The entropy of a rounded normal variable, and what it takes to tell the sizes apart.
   const double step = coefficient_step(v.dimensions, error);
   double bits = 0;
-  for (const double s : squares) bits += s > 0 && step > 0 ? std::max(1.0, 0.5 * std::log2(s / static_cast<double>(active)) - std::log2(step) + 2.5) : 1.0;
+  for (const double s : squares)
+    bits += s > 0 && step > 0 ? std::max(1.0, 0.5 * std::log2(s / static_cast<double>(active)) - std::log2(step) + 2.5) : 1.0;
   return bits;
 }
 
@@ -203,7 +207,8 @@ std::vector<double> distortion_curve(const Candidate& candidate, const Options& 
   } else {
     // The paper's model has no bound; a book cannot have more code vectors than an eighth of its training vectors.
     const auto cap = static_cast<unsigned>(std::bit_width(std::max<std::uint64_t>(count / 8, 1)) - 1);
-    curve = model_curve(candidate.vectors.dimensions, mean_energy(candidate.vectors) / candidate.vectors.dimensions, static_cast<double>(count), std::min(most, cap));
+    curve = model_curve(candidate.vectors.dimensions, mean_energy(candidate.vectors) / candidate.vectors.dimensions,
+                        static_cast<double>(count), std::min(most, cap));
   }
   for (double& d : curve) d *= candidate.weight;
   return curve;
@@ -211,7 +216,8 @@ std::vector<double> distortion_curve(const Candidate& candidate, const Options& 
 
 /// What a book of 2^bits code vectors loses, from the splits of a small sample.
 double rough_distortion(const Candidate& candidate, unsigned bits, unsigned threads) {
-  const std::vector<std::uint32_t> active = sample_active(candidate.vectors, candidate.vectors.count), sample = sample_active(candidate.vectors, 8192);
+  const std::vector<std::uint32_t> active = sample_active(candidate.vectors, candidate.vectors.count),
+                                   sample = sample_active(candidate.vectors, 8192);
   if (sample.empty()) return 0;
   const unsigned d = candidate.vectors.dimensions;
   const std::vector<float> values = gather(candidate.vectors, sample, 0, d);
@@ -219,12 +225,13 @@ double rough_distortion(const Candidate& candidate, unsigned bits, unsigned thre
   const CodeVectors book = SplitTree(training, 1u << bits).codebook(1u << bits);
   std::vector<std::uint16_t> codes(sample.size());
   find_nearest(book, training, codes, threads);
-  return candidate.weight * total_distortion(book, training, codes, threads) / static_cast<double>(sample.size()) * static_cast<double>(active.size());
+  return candidate.weight * total_distortion(book, training, codes, threads) / static_cast<double>(sample.size()) *
+         static_cast<double>(active.size());
 }
 
 /// Bits of DC and books by `rate`, or as they are given.
-Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means, std::span<const Candidate> candidates, double budget,
-              const Options& options, unsigned threads) {
+Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means, std::span<const Candidate> candidates,
+              double budget, const Options& options, unsigned threads) {
   const double blocks = static_cast<double>(means.size()), voxels = blocks * kBlockVoxels;
   const bool dc_free = scheme.dc && options.dc_bits == 0 && domain.type != VoxelType::kU8;
   Bits bits{!scheme.dc ? 0 : options.dc_bits != 0 ? options.dc_bits : 8, {}, 0, 0};
@@ -292,7 +299,8 @@ double error_at(std::span<const float> coefficients, double tau, const Bits& bit
   const ClassifiedBooks trained = train_chapters(coefficients, classes, bits.books, options, threads);
   double sum = 0;
   for (unsigned p = 0; p < kPartitions; ++p) {
-    std::vector<std::uint16_t> codes = assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global, threads);
+    std::vector<std::uint16_t> codes =
+        assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global, threads);
     codes.resize(classes.size());
     sum += total_distortion(trained.books[p], partition_vectors(coefficients, p), codes, threads);
   }
@@ -300,7 +308,9 @@ double error_at(std::span<const float> coefficients, double tau, const Bits& bit
 }
 
 double choose_tau(const Domain& domain, std::span<const float> coefficients, const Bits& bits, const Options& options, unsigned threads) {
-  const double range = domain.type == VoxelType::kU8 ? 255 : static_cast<double>(domain.high - domain.low) / (domain.type == VoxelType::kF32 ? units_of(domain) : 1);
+  const double range = domain.type == VoxelType::kU8
+                           ? 255
+                           : static_cast<double>(domain.high - domain.low) / (domain.type == VoxelType::kF32 ? units_of(domain) : 1);
   const double target = options.psnr > 0 ? range * std::pow(10.0, -options.psnr / 20) : std::sqrt(bits.error);
   if (options.tau > 0) return options.tau * target;
   if (options.psnr > 0) return kTauOfTarget * target;
@@ -357,7 +367,8 @@ void train_tvq(const Domain& domain, std::span<const double> means, std::vector<
     Book& book = part.books[p];
     quantise_coefficients(domain, p, part.basis, bits.active_error, options.coefficients, trained.books[p], book);
     book.chapters = trained.chapters[p];
-    part.codes[p] = assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global || !options.classify, threads);
+    part.codes[p] =
+        assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global || !options.classify, threads);
   }
 }
 
@@ -379,7 +390,9 @@ void train_hvq(const Domain& domain, std::span<const double> means, std::span<co
   // Octants relative to the decoded mean, voxels to the octants.
   std::vector<float> coarse(blocks * 8), fine(blocks * kBlockVoxels);
   const auto make_coarse = [&] {
-    for (std::size_t b = 0; b < blocks; ++b) std::ranges::copy(octants(samples.data() + b * kBlockVoxels, dc_value(domain, part, b)), coarse.begin() + static_cast<std::ptrdiff_t>(8 * b));
+    for (std::size_t b = 0; b < blocks; ++b)
+      std::ranges::copy(octants(samples.data() + b * kBlockVoxels, dc_value(domain, part, b)),
+                        coarse.begin() + static_cast<std::ptrdiff_t>(8 * b));
   };
   const auto make_fine = [&](const CodeVectors* coded) {
     for (std::size_t b = 0; b < blocks; ++b) {
@@ -408,8 +421,8 @@ void train_hvq(const Domain& domain, std::span<const double> means, std::span<co
 }
 
 /// Code 0 is the zero block, whose entries stand at an end of their range: the base lies in the middle of the samples.
-void train_vq(const Domain& domain, std::span<const double> means, std::span<float> samples, double budget, const Options& options, SubVolume& part,
-              unsigned threads) {
+void train_vq(const Domain& domain, std::span<const double> means, std::span<float> samples, double budget, const Options& options,
+              SubVolume& part, unsigned threads) {
   const Vectors vectors{samples.data(), means.size(), kBlockVoxels, kBlockVoxels};
   const std::array<Candidate, 1> candidates{{{vectors, 1, kBlockVoxels, false}}};
   const Bits bits = allocate(kVq, domain, means, candidates, budget, options, threads);
@@ -446,10 +459,14 @@ class ErrorSink final : public SlabSink {
     const std::byte* original = reader_.read(z0, z1);
     const std::uint64_t plane = truth_.info().extent.x * truth_.info().extent.y;
     switch (truth_.info().type) {
-      case VoxelType::kU16: return add<std::uint16_t>(original, z0 * plane, (z1 - z0) * plane);
-      case VoxelType::kI16: return add<std::int16_t>(original, z0 * plane, (z1 - z0) * plane);
-      case VoxelType::kF32: return add<float>(original, z0 * plane, (z1 - z0) * plane);
-      default: return add<std::uint8_t>(original, z0 * plane, (z1 - z0) * plane);
+      case VoxelType::kU16:
+        return add<std::uint16_t>(original, z0 * plane, (z1 - z0) * plane);
+      case VoxelType::kI16:
+        return add<std::int16_t>(original, z0 * plane, (z1 - z0) * plane);
+      case VoxelType::kF32:
+        return add<float>(original, z0 * plane, (z1 - z0) * plane);
+      default:
+        return add<std::uint8_t>(original, z0 * plane, (z1 - z0) * plane);
     }
   }
   RecordedError error() const { return {largest_, count_ == 0 ? 0 : squares_ / static_cast<double>(count_)}; }
@@ -512,7 +529,8 @@ Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const
     if (settings.edge > 0) {
       const std::uint64_t edge = settings.edge;
       box.origin = {at.x * edge, at.y * edge, at.z * edge};
-      box.size = {std::min(edge, info.extent.x - box.origin.x), std::min(edge, info.extent.y - box.origin.y), std::min(edge, info.extent.z - box.origin.z)};
+      box.size = {std::min(edge, info.extent.x - box.origin.x), std::min(edge, info.extent.y - box.origin.y),
+                  std::min(edge, info.extent.z - box.origin.z)};
     }
     Options options = settings.options;
     options.seed = settings.options.seed * 1000003 + i;

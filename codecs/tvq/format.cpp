@@ -163,6 +163,7 @@ Expected<void> read_domain(ByteReader& in, const VolumeInfo& info, Domain& domai
     }
     return {};
   }
+  if (domain.offset != 0 || domain.exponent != 0) return malformed(4, "no offset and no exponent of integers");
   const std::int32_t least = info.type == VoxelType::kI16 ? -32768 : 0;
   const std::int32_t most = info.type == VoxelType::kU8 ? 255 : info.type == VoxelType::kU16 ? 65535 : 32767;
   if (domain.low < least || domain.high > most || domain.zero < least || domain.zero > most) {
@@ -186,7 +187,8 @@ Expected<void> read_exceptions(ByteReader& in, const VolumeInfo& info, std::uint
     total += run.count;
     encoding.exceptions.push_back(run);
   }
-  if (total > in.remaining() / 4) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} exceptions", in.position(), total));
+  if (total > in.remaining() / 4)
+    return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} exceptions", in.position(), total));
   encoding.exception_bits.resize(total);
   for (std::uint32_t& bits : encoding.exception_bits) bits = in.get<std::uint32_t>();
   return {};
@@ -210,7 +212,8 @@ Expected<void> read_part(const Scheme& scheme, ByteReader& in, TransformKind kin
     book.step = in.get<std::uint32_t>();
     const auto chapters = in.get<std::uint8_t>();
     if (book.size == 0 || book.size > (1u << kMaxBookBits)) return malformed(book_at, "a book of 1..16384 code vectors");
-    if (book.scale == 0 || (book.entry_bytes != 1 && book.entry_bytes != 2)) return malformed(book_at + 4, "a scale and entries of 1 or 2 bytes");
+    if (book.scale == 0 || (book.entry_bytes != 1 && book.entry_bytes != 2))
+      return malformed(book_at + 4, "a scale and entries of 1 or 2 bytes");
     if (book.step > kLargestStep) return malformed(book_at + 7, "a step of at most 200000");
     if (book.step > 0 && !scheme.has_transform()) return malformed(book_at + 7, "entries, found coefficients");
     std::uint64_t sum = 0;
@@ -218,7 +221,8 @@ Expected<void> read_part(const Scheme& scheme, ByteReader& in, TransformKind kin
     for (unsigned c = 0; c < chapters; ++c) {
       const auto block_class = in.get<std::uint8_t>();
       const auto size = in.get<std::uint16_t>();
-      if (block_class <= last_class || block_class >= kClasses || size == 0) return malformed(book_at + 12, "chapters of ascending classes");
+      if (block_class <= last_class || block_class >= kClasses || size == 0)
+        return malformed(book_at + 12, "chapters of ascending classes");
       last_class = block_class;
       sum += size;
       book.chapters.push_back({block_class, size});
@@ -240,7 +244,8 @@ Expected<void> read_book(const Scheme& scheme, unsigned p, ByteReader& in, SubVo
   const std::size_t at = in.position();
   if (book.step > 0) {
     const auto bytes = in.get<std::uint32_t>();
-    if (in.failed() || bytes > in.remaining()) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} bytes of coefficients", at, bytes));
+    if (in.failed() || bytes > in.remaining())
+      return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} bytes of coefficients", at, bytes));
     if (book.size > 1) {
       if (!get_coefficients(in, book, p, bytes)) return malformed(at, "coefficients of a book");
     } else if (bytes != 0) {

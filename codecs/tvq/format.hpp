@@ -68,10 +68,10 @@ struct Chapter {
 };
 
 struct Book {
-  std::uint32_t size = 1;        ///< code vectors; code 0 is the zero vector (Scheme::zero_vectors)
-  std::uint16_t scale = 1;       ///< units an entry
-  std::uint8_t entry_bytes = 1;  ///< of an entry on a device: 1 or 2
-  std::uint32_t step = 0;        ///< of coefficients, in 2^-8 units, at most kLargestStep; 0: the file stores the entries
+  std::uint32_t size = 1;                  ///< code vectors; code 0 is the zero vector (Scheme::zero_vectors)
+  std::uint16_t scale = 1;                 ///< units an entry
+  std::uint8_t entry_bytes = 1;            ///< of an entry on a device: 1 or 2
+  std::uint32_t step = 0;                  ///< of coefficients, in 2^-8 units, at most kLargestStep; 0: the file stores the entries
   std::vector<std::int16_t> coefficients;  ///< size x Scheme::coefficients, if step > 0
   std::vector<std::int16_t> entries;       ///< size x Scheme::length
   std::vector<Chapter> chapters;           ///< sizes sum to size - 1; none: one unclassified book

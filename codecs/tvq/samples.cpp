@@ -17,10 +17,14 @@ constexpr std::uint64_t kSlab = 16;  // planes read at a time
 template <class F>
 decltype(auto) with_scalar_type(VoxelType type, F&& f) {
   switch (type) {
-    case VoxelType::kU16: return f.template operator()<std::uint16_t>();
-    case VoxelType::kI16: return f.template operator()<std::int16_t>();
-    case VoxelType::kF32: return f.template operator()<float>();
-    default: return f.template operator()<std::uint8_t>();
+    case VoxelType::kU16:
+      return f.template operator()<std::uint16_t>();
+    case VoxelType::kI16:
+      return f.template operator()<std::int16_t>();
+    case VoxelType::kF32:
+      return f.template operator()<float>();
+    default:
+      return f.template operator()<std::uint8_t>();
   }
 }
 
@@ -46,7 +50,9 @@ Expected<Survey> survey_integers(const VolumeSource& source, ZeroValue zero) {
   Domain& domain = result.domain;
   const auto present = [](std::uint64_t n) { return n > 0; };
   domain.low = kFirst + static_cast<int>(std::ranges::find_if(histogram, present) - histogram.begin());
-  domain.high = kFirst + static_cast<int>(histogram.size() - 1 - static_cast<std::size_t>(std::find_if(histogram.rbegin(), histogram.rend(), present) - histogram.rbegin()));
+  domain.high =
+      kFirst + static_cast<int>(histogram.size() - 1 -
+                                static_cast<std::size_t>(std::find_if(histogram.rbegin(), histogram.rend(), present) - histogram.rbegin()));
   domain.zero = domain.low <= 0 && domain.high >= 0 ? 0 : domain.low;
   if (zero == ZeroValue::kLeast) domain.zero = domain.low;
   if (zero == ZeroValue::kMode) domain.zero = kFirst + static_cast<int>(std::ranges::max_element(histogram) - histogram.begin());
@@ -54,7 +60,8 @@ Expected<Survey> survey_integers(const VolumeSource& source, ZeroValue zero) {
 }
 
 Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool mask) {
-  if (zero == ZeroValue::kMode) return fail(ErrorCode::kUnsupported, "parameter 'zero': f32 volumes have no most frequent value; expected zero or least");
+  if (zero == ZeroValue::kMode)
+    return fail(ErrorCode::kUnsupported, "parameter 'zero': f32 volumes have no most frequent value; expected zero or least");
   Survey result;
   float low = std::numeric_limits<float>::infinity(), high = -low;
   std::uint64_t strange = 0, first = 0;
@@ -69,7 +76,8 @@ Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool 
       if (strange++ == 0) first = begin + i;
       if (!mask) continue;
       auto& runs = result.exceptions;
-      if (runs.empty() || runs.back().first + runs.back().count != begin + i || runs.back().count == std::numeric_limits<std::uint32_t>::max()) {
+      if (runs.empty() || runs.back().first + runs.back().count != begin + i ||
+          runs.back().count == std::numeric_limits<std::uint32_t>::max()) {
         runs.push_back({begin + i, 0});
       }
       ++runs.back().count;
@@ -111,8 +119,9 @@ std::vector<float> read_typed(const VolumeSource& source, const Domain& domain, 
         double sum = 0;
         unsigned finite = 0;
         for (unsigned i = 0; i < kBlockVoxels; ++i) {
-          const T v = layer[size.index({std::min<std::uint64_t>(bx * 4 + (i & 3), size.x - 1), std::min<std::uint64_t>(by * 4 + (i >> 2 & 3), size.y - 1),
-                                        std::min<std::uint64_t>(i >> 4, depth - 1)})];
+          const T v =
+              layer[size.index({std::min<std::uint64_t>(bx * 4 + (i & 3), size.x - 1),
+                                std::min<std::uint64_t>(by * 4 + (i >> 2 & 3), size.y - 1), std::min<std::uint64_t>(i >> 4, depth - 1)})];
           if constexpr (std::is_same_v<T, float>) {
             block[i] = static_cast<float>(std::ldexp(static_cast<double>(v) - static_cast<double>(domain.offset), -domain.exponent));
             if (std::isfinite(v)) sum += static_cast<double>(block[i]), ++finite;

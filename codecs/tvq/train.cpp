@@ -96,7 +96,8 @@ Vectors partition_vectors(std::span<const float> coefficients, unsigned partitio
 std::vector<std::uint32_t> sample_active(const Vectors& vectors, std::uint64_t most) {
   std::vector<std::uint32_t> active;
   for (std::uint64_t n = 0; n < vectors.count; ++n) {
-    if (std::any_of(vectors[n], vectors[n] + vectors.dimensions, [](float v) { return v != 0; })) active.push_back(static_cast<std::uint32_t>(n));
+    if (std::any_of(vectors[n], vectors[n] + vectors.dimensions, [](float v) { return v != 0; }))
+      active.push_back(static_cast<std::uint32_t>(n));
   }
   if (active.size() <= most) return active;
   std::vector<std::uint32_t> sample(most);
@@ -195,7 +196,8 @@ ClassifiedBooks train_chapters(std::span<const float> coefficients, std::span<co
       // A folded block keeps what its own class keeps.
       for (std::size_t i = 0; i < members[c].size(); ++i) {
         for (unsigned j = 0; j < live.count; ++j) {
-          if ((kBlockClasses[classes[members[c][i]]].keeps >> ((kPartitionBegin[p] + live.first + j) / 8) & 1) == 0) values.back()[i * live.count + j] = 0;
+          if ((kBlockClasses[classes[members[c][i]]].keeps >> ((kPartitionBegin[p] + live.first + j) / 8) & 1) == 0)
+            values.back()[i * live.count + j] = 0;
         }
       }
       used.push_back(c);
@@ -227,7 +229,8 @@ ClassifiedBooks train_chapters(std::span<const float> coefficients, std::span<co
 }
 
 std::vector<std::uint16_t> assign_codes(const CodeVectors& book, std::span<const Chapter> chapters, unsigned partition,
-                                        std::span<const float> coefficients, std::span<const std::uint8_t> classes, bool global, unsigned threads) {
+                                        std::span<const float> coefficients, std::span<const std::uint8_t> classes, bool global,
+                                        unsigned threads) {
   const Vectors vectors = partition_vectors(coefficients, partition);
   std::vector<std::uint16_t> codes(vectors.count, 0);
   if (book.size() == 1) return {};

@@ -9,22 +9,22 @@ namespace cvr::codecs::tvq {
 
 struct Options {
   TransformKind transform = TransformKind::kKltSeparable;
-  double psnr = 0;         ///< dB, sets what a class may lose; 0: what the books will lose anyway
-  double tau = 0;          ///< what a class may lose, in root mean squared errors of the target; 0: tried out
+  double psnr = 0;  ///< dB, sets what a class may lose; 0: what the books will lose anyway
+  double tau = 0;   ///< what a class may lose, in root mean squared errors of the target; 0: tried out
   std::array<unsigned, kMaxBooks> bits{8, 8, 8};
-  double rate = 0;         ///< bits a voxel of planes and books; 0: `bits`
+  double rate = 0;            ///< bits a voxel of planes and books; 0: `bits`
   bool count_device = false;  ///< `rate` counts the books of a device instead of those of the file
-  bool operational = true; ///< bits by measured distortion instead of the model
-  bool global = true;      ///< codes from the whole book instead of the chapter of the block's class
+  bool operational = true;    ///< bits by measured distortion instead of the model
+  bool global = true;         ///< codes from the whole book instead of the chapter of the block's class
   bool classify = true;
   Initialisation initialisation = Initialisation::kSplit;
-  bool best = false;       ///< all vectors and more iterations
-  bool rough = false;      ///< a few iterations, to compare
-  unsigned dc_bits = 0;    ///< 0: by the error of the books
+  bool best = false;         ///< all vectors and more iterations
+  bool rough = false;        ///< a few iterations, to compare
+  unsigned dc_bits = 0;      ///< 0: by the error of the books
   bool coefficients = true;  ///< books in the file as coefficients
   bool closed_loop = true;   ///< hvq: voxels relative to the coded octants
   std::uint64_t seed = 1;
-  bool flip_signs = false;   ///< turns every second basis vector around, which must not change a voxel
+  bool flip_signs = false;  ///< turns every second basis vector around, which must not change a voxel
 };
 
 /// Blocks whose vectors are not zero, for training: at most `most`, evenly spaced.
@@ -53,7 +53,8 @@ ClassifiedBooks train_chapters(std::span<const float> coefficients, std::span<co
                                const std::array<unsigned, kPartitions>& bits, const Options& options, unsigned threads);
 /// Codes of one partition: from the whole book, or from the chapter that the block's class uses (0 where it uses none).
 std::vector<std::uint16_t> assign_codes(const CodeVectors& book, std::span<const Chapter> chapters, unsigned partition,
-                                        std::span<const float> coefficients, std::span<const std::uint8_t> classes, bool global, unsigned threads);
+                                        std::span<const float> coefficients, std::span<const std::uint8_t> classes, bool global,
+                                        unsigned threads);
 
 /// The vectors of a partition.
 Vectors partition_vectors(std::span<const float> coefficients, unsigned partition);

@@ -66,7 +66,8 @@ std::vector<double> sum_blocks(std::span<const float> blocks, unsigned threads, 
   std::vector<std::vector<double>> partial(chunks);
   volumes::parallel_for(threads, chunks, [&](unsigned, std::uint64_t c) {
     partial[c].assign(sums, 0.0);
-    for (std::uint64_t b = c * kChunk; b < std::min(count, (c + 1) * kChunk); ++b) body(blocks.data() + b * kBlockVoxels, partial[c].data());
+    for (std::uint64_t b = c * kChunk; b < std::min(count, (c + 1) * kChunk); ++b)
+      body(blocks.data() + b * kBlockVoxels, partial[c].data());
   });
   std::vector<double> total(sums, 0.0);
   for (const auto& part : partial) {
@@ -170,9 +171,12 @@ std::array<std::uint8_t, kBlockVoxels> partition_order() {
 
 std::size_t Basis::stored_values(TransformKind kind) {
   switch (kind) {
-    case TransformKind::kDct: return 0;
-    case TransformKind::kKltSeparable: return 48;
-    case TransformKind::kKltFull: return (kBlockVoxels - 1) * kBlockVoxels;
+    case TransformKind::kDct:
+      return 0;
+    case TransformKind::kKltSeparable:
+      return 48;
+    case TransformKind::kKltFull:
+      return (kBlockVoxels - 1) * kBlockVoxels;
   }
   return 0;
 }
@@ -192,7 +196,8 @@ Basis::Basis(TransformKind kind, std::span<const std::int16_t> stored)
   const auto place = partition_order();
   for (unsigned o = 0; o < kBlockVoxels; ++o) {
     for (unsigned i = 0; i < kBlockVoxels; ++i) {
-      const std::int64_t product = axis[0][(o & 3) * 4 + (i & 3)] * axis[1][(o >> 2 & 3) * 4 + (i >> 2 & 3)] * axis[2][(o >> 4) * 4 + (i >> 4)];
+      const std::int64_t product =
+          axis[0][(o & 3) * 4 + (i & 3)] * axis[1][(o >> 2 & 3) * 4 + (i >> 2 & 3)] * axis[2][(o >> 4) * 4 + (i >> 4)];
       fixed_[place[o] * kBlockVoxels + i] = static_cast<std::int32_t>((product + (std::int64_t{1} << 17)) >> 18);  // 2^42 -> 2^24
     }
   }
@@ -236,9 +241,12 @@ std::array<float, kBlockVoxels> Basis::inverse(std::span<const float> coefficien
 
 Basis Basis::fit(TransformKind kind, std::span<const float> blocks, unsigned threads) {
   switch (kind) {
-    case TransformKind::kKltSeparable: return {kind, fit_separable(blocks, threads)};
-    case TransformKind::kKltFull: return {kind, fit_full(blocks, threads)};
-    case TransformKind::kDct: break;
+    case TransformKind::kKltSeparable:
+      return {kind, fit_separable(blocks, threads)};
+    case TransformKind::kKltFull:
+      return {kind, fit_full(blocks, threads)};
+    case TransformKind::kDct:
+      break;
   }
   return dct();
 }
@@ -286,7 +294,8 @@ std::vector<double> eigenvectors(std::vector<double> a, unsigned n) {
 
 std::array<double, kZones> zone_energies(const float* coefficients) {
   std::array<double, kZones> energies{};
-  for (unsigned k = 1; k < kBlockVoxels; ++k) energies[k / 8] += static_cast<double>(coefficients[k]) * static_cast<double>(coefficients[k]);
+  for (unsigned k = 1; k < kBlockVoxels; ++k)
+    energies[k / 8] += static_cast<double>(coefficients[k]) * static_cast<double>(coefficients[k]);
   return energies;
 }
 

@@ -10,7 +10,8 @@ namespace cvr::codecs::tvq {
 namespace {
 
 TEST(Bits, AreTheBestThatFit) {
-  std::vector<BitCurve> curves{{0, {90, 50, 31, 22, 17}, {0, 8, 16, 32, 64}}, {0, {70, 60, 20, 19}, {0, 5, 10, 20}}, {2, {12, 6, 3}, {0, 0, 0}}};
+  std::vector<BitCurve> curves{
+      {0, {90, 50, 31, 22, 17}, {0, 8, 16, 32, 64}}, {0, {70, 60, 20, 19}, {0, 5, 10, 20}}, {2, {12, 6, 3}, {0, 0, 0}}};
   for (double budget = 10; budget < 200; budget += 7) {
     const std::vector<unsigned> found = choose_bits(curves, 10, budget);
     double best = 1e300;

@@ -17,7 +17,8 @@ struct Cloud {
 
   /// Random vectors of small whole numbers, so that all distances are exact.
   Cloud(std::uint64_t count, unsigned dimensions, std::uint64_t seed, std::uint64_t range = 64) : values(count * dimensions) {
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(zoo::random_at(seed, i) % range) - static_cast<float>(range / 2);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<float>(zoo::random_at(seed, i) % range) - static_cast<float>(range / 2);
     vectors = {values.data(), count, dimensions, dimensions};
   }
 };

@@ -48,15 +48,20 @@ TEST(BlockCodecs, SingleVoxelsAgreeWithTheWhole) {
   for (const std::string_view id : kIds) {
     for (const std::string edge : {"edge=0", "edge=32"}) {
       expect_single_voxels_agree<std::uint8_t>(code(id, rings_u8(extent), {edge, "rate=1500"}));
-      expect_single_voxels_agree<std::uint16_t>(code(id, make_scalars<std::uint16_t>(extent, VoxelType::kU16, [](const Coordinate& c) {
-        return static_cast<std::uint16_t>(rings(c) * 250);
-      }), {edge, "rate=1500"}));
-      expect_single_voxels_agree<std::uint16_t>(code(id, make_scalars<std::int16_t>(extent, VoxelType::kI16, [](const Coordinate& c) {
-        return static_cast<std::int16_t>((rings(c) - 110) * 250);
-      }), {edge, "rate=1500", "zero=mode"}));
-      expect_single_voxels_agree<std::uint32_t>(code(id, make_scalars<float>(extent, VoxelType::kF32, [](const Coordinate& c) {
-        return static_cast<float>(rings(c) - 100.25) * 0.37f;
-      }), {edge, "rate=1500"}));
+      expect_single_voxels_agree<std::uint16_t>(
+          code(id,
+               make_scalars<std::uint16_t>(extent, VoxelType::kU16,
+                                           [](const Coordinate& c) { return static_cast<std::uint16_t>(rings(c) * 250); }),
+               {edge, "rate=1500"}));
+      expect_single_voxels_agree<std::uint16_t>(
+          code(id,
+               make_scalars<std::int16_t>(extent, VoxelType::kI16,
+                                          [](const Coordinate& c) { return static_cast<std::int16_t>((rings(c) - 110) * 250); }),
+               {edge, "rate=1500", "zero=mode"}));
+      expect_single_voxels_agree<std::uint32_t>(code(
+          id,
+          make_scalars<float>(extent, VoxelType::kF32, [](const Coordinate& c) { return static_cast<float>(rings(c) - 100.25) * 0.37f; }),
+          {edge, "rate=1500"}));
     }
   }
 }
@@ -112,8 +117,10 @@ TEST(BlockCodecs, SurviveThinVolumes) {
 
 TEST(BlockCodecs, StayInRangeAtTheWorstContrast) {
   const auto board = [](const Coordinate& c) { return (c.x + c.y + c.z) % 2 == 0; };
-  const Volume bytes = make_scalars<std::uint8_t>({20, 16, 24}, VoxelType::kU8, [&](const Coordinate& c) { return std::uint8_t(board(c) ? 255 : 0); });
-  const Volume floats = make_scalars<float>({20, 16, 24}, VoxelType::kF32, [&](const Coordinate& c) { return board(c) ? FLT_MAX : -FLT_MAX; });
+  const Volume bytes =
+      make_scalars<std::uint8_t>({20, 16, 24}, VoxelType::kU8, [&](const Coordinate& c) { return std::uint8_t(board(c) ? 255 : 0); });
+  const Volume floats =
+      make_scalars<float>({20, 16, 24}, VoxelType::kF32, [&](const Coordinate& c) { return board(c) ? FLT_MAX : -FLT_MAX; });
   for (const std::string_view id : kIds) {
     const Coded b = code(id, bytes, {"rate=0"});
     EXPECT_LE(b.decoder->recorded_error()->largest, 4) << id;
@@ -180,7 +187,8 @@ TEST(BlockCodecs, RefuseOrKeepWhatIsNotFinite) {
     const auto refused = try_encode(id, volume, {});
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
-    EXPECT_NE(refused.error().message.find("15 of 1716 voxels are not finite, the first at 3,5,2"), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("15 of 1716 voxels are not finite, the first at 3,5,2"), std::string::npos)
+        << refused.error().message;
     const Coded coded = code(id, volume, {"nonfinite=mask"});
     std::vector<Coordinate> points;
     for (std::uint64_t i = 0; i < voxels.size(); ++i) {
@@ -223,7 +231,8 @@ TEST(BlockCodecs, TakeTheRateThatIsAskedFor) {
       for (const std::string how : {"alloc=operational", "alloc=paper", "count=device"}) {
         const Coded coded = code(id, volume, {"rate=" + std::to_string(rate), how});
         const auto* image = dynamic_cast<const DeviceImage*>(coded.decoder.get());
-        const double bytes = how == "count=device" ? static_cast<double>(image->book_bytes() + image->index_bytes()) : static_cast<double>(coded.opened.stream.payload.size());
+        const double bytes = how == "count=device" ? static_cast<double>(image->book_bytes() + image->index_bytes())
+                                                   : static_cast<double>(coded.opened.stream.payload.size());
         EXPECT_LT(8 * bytes / voxels, rate * 1.05e-3 + 8 * 700 / voxels) << id << ' ' << how;
         if (how != "alloc=operational") continue;
         EXPECT_LT(coded.decoder->recorded_error()->mean_squared, last) << id << ' ' << rate;
@@ -336,7 +345,8 @@ TEST(Tvq, CodesWhiteNoiseAsWellAsTheTheoryAllows) {
   for (const std::string_view id : {"hvq", "tvq"}) {
     const Coded coded = code(id, volume, {"rate=400"});
     const double bits = 8.0 * static_cast<double>(coded.opened.stream.payload.size()) / static_cast<double>(volume.extent().voxels());
-    const double bound = 10 * std::log10(variance * std::exp2(-2 * bits)), found = 10 * std::log10(coded.decoder->recorded_error()->mean_squared);
+    const double bound = 10 * std::log10(variance * std::exp2(-2 * bits)),
+                 found = 10 * std::log10(coded.decoder->recorded_error()->mean_squared);
     EXPECT_GT(found, bound - 0.1) << id;
     EXPECT_LT(found, bound + 2.5) << id;
   }

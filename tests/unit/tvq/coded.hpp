@@ -39,7 +39,8 @@ struct Coded {
   Volume decoded;
 };
 
-inline Expected<Encoded> try_encode(std::string_view id, const Volume& volume, const std::vector<std::string>& assignments, unsigned threads = 1) {
+inline Expected<Encoded> try_encode(std::string_view id, const Volume& volume, const std::vector<std::string>& assignments,
+                                    unsigned threads = 1) {
   const Codec& codec = *find_codec(id);
   return codecs::encode(codec, volumes::MemorySource(volume), Parameters::parse(codec.parameters(), assignments).value(), threads);
 }

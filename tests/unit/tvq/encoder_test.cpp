@@ -24,7 +24,8 @@ TEST(Encoder, SignsOfEigenvectorsChangeNoVoxel) {
       Encoding encoding;
       encoding.domain = facts.domain;
       const volumes::Box whole{{0, 0, 0}, volume.extent()};
-      encoding.parts.push_back(encode_part(kTvq, facts.domain, {10, 9, 8}, read_blocks(source, facts.domain, whole), volume.extent().voxels(), options, 2));
+      encoding.parts.push_back(
+          encode_part(kTvq, facts.domain, {10, 9, 8}, read_blocks(source, facts.domain, whole), volume.extent().voxels(), options, 2));
       volumes::VolumeSink sink(volume.info());
       ASSERT_TRUE(make_decoder(kTvq, volume.info(), encoding, {}).value()->decode(0, 1, sink));
       decoded[flip ? 1 : 0] = sink.take();
@@ -41,8 +42,10 @@ TEST(Encoder, EdgesRepeatAndSamplesAreExact) {
   ASSERT_EQ(blocks.size(), 2u * 2 * 2 * kBlockVoxels);
   for (unsigned b = 0; b < 8; ++b) {
     for (unsigned i = 0; i < kBlockVoxels; ++i) {
-      const Coordinate c{std::min(4u, (b & 1) * 4 + (i & 3)), std::min(5u, (b >> 1 & 1) * 4 + (i >> 2 & 3)), std::min(6u, (b >> 2) * 4 + (i >> 4))};
-      ASSERT_EQ(blocks[b * kBlockVoxels + i], static_cast<float>(volume.voxels<std::uint8_t>()[volume.extent().index(c)] - facts.domain.zero));
+      const Coordinate c{std::min(4u, (b & 1) * 4 + (i & 3)), std::min(5u, (b >> 1 & 1) * 4 + (i >> 2 & 3)),
+                         std::min(6u, (b >> 2) * 4 + (i >> 4))};
+      ASSERT_EQ(blocks[b * kBlockVoxels + i],
+                static_cast<float>(volume.voxels<std::uint8_t>()[volume.extent().index(c)] - facts.domain.zero));
     }
   }
 }
@@ -52,7 +55,8 @@ class RealVolume : public testing::TestWithParam<const char*> {};
 TEST_P(RealVolume, TvqIsAtLeastAsGoodAsHvqAndVqAtItsRate) {
   const char* folder = std::getenv("CVRBENCH_DATA");
   const std::string path = std::string(folder == nullptr ? "" : folder) + '/' + GetParam() + ".h5";
-  if (folder == nullptr || !std::filesystem::exists(path)) GTEST_SKIP() << "no " << GetParam() << ".h5: CVRBENCH_DATA names no folder that holds it";
+  if (folder == nullptr || !std::filesystem::exists(path))
+    GTEST_SKIP() << "no " << GetParam() << ".h5: CVRBENCH_DATA names no folder that holds it";
   Volume volume = volumes::read_all(*volumes::open_volume(path, VolumeKind::kScalars));
   const Coded tvq = code("tvq", volume, {}, 2);
   for (const std::string_view id : {"hvq", "vq"}) {
@@ -62,7 +66,8 @@ TEST_P(RealVolume, TvqIsAtLeastAsGoodAsHvqAndVqAtItsRate) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scans, RealVolume, testing::Values("bonsai", "engine", "head_mr_t1", "cranium_ct"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Scans, RealVolume, testing::Values("bonsai", "engine", "head_mr_t1", "cranium_ct"),
+                         [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
 }  // namespace cvr::codecs::tvq

@@ -53,7 +53,8 @@ TEST(Transform, KeepsEnergyAndComesBack) {
     for (unsigned k = 0; k < kBlockVoxels; ++k) {
       for (unsigned l = 0; l <= k; ++l) {
         double product = 0;
-        for (unsigned i = 0; i < kBlockVoxels; ++i) product += static_cast<double>(basis.value(k, i)) * static_cast<double>(basis.value(l, i));
+        for (unsigned i = 0; i < kBlockVoxels; ++i)
+          product += static_cast<double>(basis.value(k, i)) * static_cast<double>(basis.value(l, i));
         ASSERT_NEAR(product, k == l ? 1 : 0, 1e-3) << k << ' ' << l;
       }
     }
