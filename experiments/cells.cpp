@@ -75,6 +75,8 @@ bool Filter::keeps(const Cell& cell) const {
     std::string value;
     if (key == "dataset") {
       value = cell.dataset->name;
+    } else if (key == "kind") {
+      value = name_of(cell.dataset->kind);
     } else if (key == "codec") {
       value = cell.codec;
     } else if (key == "stage") {

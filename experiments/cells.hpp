@@ -54,7 +54,7 @@ std::string canonical_text(const Cell& cell, const std::string& data_identity);
 /// 16 hexadecimal digits: XXH3-64 of the canonical text.
 std::string cell_id(const Cell& cell, const std::string& data_identity);
 
-/// Keeps a cell: every key of `only` (dataset, codec, stage, threads, one of kRenderLabels, or a parameter's name) has a matching
+/// Keeps a cell: every key of `only` (dataset, kind, codec, stage, threads, one of kRenderLabels, or a parameter's name) has a matching
 /// glob.
 struct Filter {
   std::vector<std::pair<std::string, std::string>> only;

@@ -206,13 +206,14 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
        true},
       {"codecs",
        [&](const YamlValue& v) {
-         if (v.is_scalar() && v.text() == "all") {
+         if (v.is_scalar() && (v.text() == "all" || v.text() == "lossless" || v.text() == "lossy")) {
            for (const codecs::Codec* codec : codecs::all_codecs()) {
+             if (v.text() != "all" && codec->traits().lossless != (v.text() == "lossless")) continue;
              block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
            }
            return;
          }
-         for (const YamlValue& one : v.list("codecs, or all")) read_codec(one, block.codecs);
+         for (const YamlValue& one : v.list("codecs, or all, lossless or lossy")) read_codec(one, block.codecs);
        },
        true},
       {"stages",

@@ -13,7 +13,7 @@
 //   matrix:                    a list of blocks; the cells are the union of their products
 //     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4, exchange_axes: 1},
 //                  {generator: KIND, extent: [x, y, z], seed: 1, parameters: {..}, name: NAME}]
-//       codecs: all | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies the cells
+//       codecs: all | lossless | lossy | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies the cells
 //       stages: [encode, decode, random-access, render]
 //       threads: [1, all]      default [1]; not of the stage render
 //       of the stage render:
@@ -28,9 +28,11 @@
 //       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
-//       where: {dataset|codec|threads|PARAMETER: GLOB}           published: {file: PATH beside this file, table: NAME}
+//       where: {dataset|kind|codec|threads|PARAMETER: GLOB}          published: {file: PATH beside this file, table: NAME}
 //       A table that names scene, cache, shading, cache_mib, lod_bias, ao_samples, size or frames is about cells of the stage
 //       render, any other about the rest.
+//       bd_psnr: "zfp rate"    in place of `columns`: lines that agree in `rows` are a curve of PSNR over bits a voxel, and each curve
+//                              is compared with the one whose labels but the data set are these
 //       pivot: {columns: [LABEL, ...], metric: METRIC}      in place of `columns`: one column for each combination of the labels,
 //                                                           each cell "measured (published)"
 //   test_fault: {fault: crash|hang|oom|mismatch|device-lost, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
@@ -63,6 +65,7 @@ struct TableSpec {
   std::string published_file;  ///< empty if none
   std::string published_table;
   std::optional<Pivot> pivot;
+  std::string bd_reference;  ///< labels of the curve that others are compared with; empty: no table of curves
 
   /// Whether it is about cells of the render stage.
   bool renders() const;

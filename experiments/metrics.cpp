@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "experiments/render_metrics.hpp"
@@ -85,6 +86,36 @@ std::string exact_text(const LineContext& line) {
   return compared == 0 ? "" : fmt::format("{} of {} differ", mismatches, compared);
 }
 
+/// The row of a stage that is ok and verified voxels; nullptr if there is none.
+const Row* verified_row(const LineContext& line) {
+  for (const auto& [stage, row] : line.rows) {
+    if (row != nullptr && is_ok(*row) && row->contains("verification")) return row;
+  }
+  return nullptr;
+}
+
+bool is_exact(const Row& row) { return row["verification"].value("mismatches", std::uint64_t{1}) == 0; }
+
+/// A number of the error of a volume; "exact" where it has none because nothing differs; else the first status.
+std::string error_text(const LineContext& line, const char* pointer, const char* format) {
+  if (line.pseudo) return "";
+  const Row* row = verified_row(line);
+  if (row == nullptr) return from_any(line, pointer, 3);
+  if (const auto value = number_at(*row, pointer)) return fmt::format(fmt::runtime(format), *value);
+  return is_exact(*row) ? "exact" : "";
+}
+
+std::string of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits, double factor = 1) {
+  const Row* row = row_of(line, stage);
+  if (row == nullptr || !is_ok(*row) || !row->contains("steps")) return "";
+  std::string text;
+  for (const Row& step : (*row)["steps"]) {
+    const auto value = number_at(step, pointer);
+    text += fmt::format("{}{}", text.empty() ? "" : " / ", value ? fmt::format("{:.{}f}", *value * factor, digits) : "exact");
+  }
+  return text;
+}
+
 std::string status_text(const LineContext& line) {
   std::string text;
   for (const auto& [stage, row] : line.rows) {
@@ -112,6 +143,12 @@ std::string peak_text(const LineContext& line) {
   return peak == 0 ? "" : fmt::format("{:.0f}", peak / (1 << 20));
 }
 
+/// Empty where the codec has no encoding for a GPU.
+std::string gpu_text(const LineContext& line) {
+  const auto value = number_at(*verified_row(line), "/size/gpu_bits_per_voxel");
+  return value ? fmt::format("{:.4f}", *value) : "";
+}
+
 std::string published_text(const std::optional<double>& value, int digits) {
   return value ? fmt::format("{:.{}f}", *value, digits) : "";
 }
@@ -134,6 +171,29 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return from_any(l, "/size/rate", 3); }},
       {"bits_per_voxel", "bits/voxel", "bits of the whole file a voxel",
        [](L l) { return from_any(l, "/size/bits_per_voxel", 4); }},
+      {"gpu_bits_per_voxel", "GPU bits/voxel", "bits a voxel of all buffers that a GPU decodes a lossy codec's volume from",
+       [](L l) { return verified_row(l) == nullptr ? "" : gpu_text(l); }},
+      {"volume_psnr_db", "PSNR dB",
+       "of the decoded volume: 10 log10(peak^2 / mean squared error), peak 255 for u8, else the range of the original",
+       [](L l) { return error_text(l, "/error/psnr_db", "{:.2f}"); }},
+      {"edge_psnr_db", "edge PSNR dB", "the same over the 5 % of the voxels of steepest gradient",
+       [](L l) { return error_text(l, "/error/edge_psnr_db", "{:.2f}"); }},
+      {"largest_error", "max error", "largest absolute error of a voxel",
+       [](L l) { return error_text(l, "/error/largest_error", "{:.4g}"); }},
+      {"mean_squared_error", "MSE", "mean squared error of the voxels",
+       [](L l) { return error_text(l, "/error/mean_squared_error", "{:.4g}"); }},
+      {"edge_mean_squared_error", "edge MSE", "mean squared error of the 5 % of the voxels of steepest gradient",
+       [](L l) { return error_text(l, "/error/edge_mean_squared_error", "{:.4g}"); }},
+      {"relative_error_p99", "rel. error p99", "of f32: |error| / |voxel| that 99 % of the voxels other than 0 do not exceed",
+       [](L l) { return error_text(l, "/error/relative_error/p99", "{:.3g}"); }},
+      {"pareto", "front", "* where no other line of the data set has at most its bits and at least its PSNR",
+       [](L l) { return std::string(l.on_front ? "*" : ""); }},
+      {"step_bits_per_voxel", "step bits/voxel", "bits of the file a voxel that each step of a progressive codec needs",
+       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }},
+      {"step_psnr_db", "step PSNR dB", "of the volume that each step decodes to",
+       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }},
+      {"step_ms", "step ms", "median wall time of decoding each step",
+       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }},
       {"published_rate", "rate %",
        "bytes by the accounting of the papers' tables / bytes of the original by the same, in percent",
        [](L l) { return from_any(l, "/size/published_rate", 3); }},
@@ -189,6 +249,15 @@ std::span<const Metric> voxel_metrics() {
 }
 
 }  // namespace
+
+std::optional<RatePoint> rate_point(const LineContext& line) {
+  const Row* row = line.pseudo ? nullptr : verified_row(line);
+  if (row == nullptr) return std::nullopt;
+  const auto bits = number_at(*row, "/size/bits_per_voxel");
+  const auto psnr = number_at(*row, "/error/psnr_db");
+  if (!bits || (!psnr && !is_exact(*row))) return std::nullopt;
+  return RatePoint{*bits, psnr.value_or(std::numeric_limits<double>::infinity())};
+}
 
 std::span<const Metric> all_metrics() {
   static const std::vector<Metric> kAll = [] {

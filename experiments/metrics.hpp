@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 
 #include "experiments/cells.hpp"
 #include "experiments/published.hpp"
+#include "experiments/rate_distortion.hpp"
 #include "experiments/rows.hpp"
 
 namespace cvr::experiments {
@@ -19,6 +21,7 @@ struct LineContext {
   std::map<Stage, const Row*> rows;
   const PublishedFigure* published = nullptr;
   bool pseudo = false;  ///< a line of memcpy: has no size
+  bool on_front = false;  ///< no line of the same data set has fewer bits and a higher PSNR
 };
 
 struct Metric {
@@ -28,6 +31,9 @@ struct Metric {
   /// The text of the cell; "" where there is none; the status where the row that it needs is not ok.
   std::string (*text)(const LineContext&);
 };
+
+/// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok knows both.
+std::optional<RatePoint> rate_point(const LineContext& line);
 
 std::span<const Metric> all_metrics();
 const Metric* find_metric(std::string_view name);

@@ -62,6 +62,7 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
         [&](const YamlValue& v) {
           for (const YamlValue& one : v.list("metrics")) table.columns.push_back(read_metric(one));
         }},
+       {"bd_psnr", [&](const YamlValue& v) { table.bd_reference = v.text("the labels of a curve"); }},
        {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v); }},
        {"where",
         [&](const YamlValue& v) {
@@ -80,9 +81,8 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
                      true},
                     {"table", [&](const YamlValue& f) { table.published_table = f.text("a name"); }, true}});
         }}});
-  if (table.columns.empty() == !table.pivot)
-    value.reject("expected one of the keys columns and pivot, found " +
-                 std::string(table.pivot ? "both" : "none"));
+  if (const int kinds = (table.columns.empty() ? 0 : 1) + (table.pivot ? 1 : 0) + (table.bd_reference.empty() ? 0 : 1); kinds != 1)
+    value.reject(fmt::format("expected one of the keys columns, pivot and bd_psnr, found {}", kinds == 0 ? "none" : "several"));
   if (table.name.find('/') != std::string::npos)
     value.reject("expected a table name without '/', found " + table.name);
   return table;

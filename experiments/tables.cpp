@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -47,7 +48,7 @@ std::vector<TableLine> collect_lines(const TableSpec& spec, const Config& config
     Filter applicable = where;
     if (cell.codec == kMemcpy) {
       std::erase_if(applicable.only, [](const auto& c) {
-        return c.first != "dataset" && c.first != "codec" && c.first != "threads";
+        return c.first != "dataset" && c.first != "kind" && c.first != "codec" && c.first != "threads";
       });
     }
     if (!applicable.keeps(cell)) continue;
@@ -129,6 +130,13 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
 /// What the columns mean, for who sees such a table for the first time.
 std::string explain_columns(const TableSpec& spec) {
   std::string text = "Columns: ";
+  if (!spec.bd_reference.empty()) {
+    return fmt::format(
+        "Columns: **points** of the curve of PSNR over bits a voxel; **bits/voxel** and **PSNR dB** their ranges; **BD-PSNR dB** mean "
+        "difference to the curve of {} over the logarithm of the rates that both have (Bjontegaard, with monotone cubics); **over** "
+        "those rates.",
+        spec.bd_reference);
+  }
   if (spec.pivot) {
     const Metric* metric = find_metric(spec.pivot->metric);
     const std::string_view published = spec.published_file.empty() || published_beside(*metric) == nullptr
@@ -227,11 +235,32 @@ LineContext context_of(const TableLine& line, const Published& published) {
   return {line.rows, published ? published->find(*line.cell) : nullptr, line.cell->codec == kMemcpy};
 }
 
+/// For each line, whether it is on the front of its data set.
+std::vector<bool> find_front(const std::vector<TableLine>& lines) {
+  std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<RatePoint>>> by_dataset;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (const auto point = rate_point(context_of(lines[i], {}))) {
+      auto& [indices, points] = by_dataset[lines[i].cell->dataset->name];
+      indices.push_back(i);
+      points.push_back(*point);
+    }
+  }
+  std::vector<bool> on_front(lines.size());
+  for (const auto& [dataset, found] : by_dataset) {
+    const std::vector<bool> kept = pareto_front(found.second);
+    for (std::size_t k = 0; k < kept.size(); ++k) on_front[found.first[k]] = kept[k];
+  }
+  return on_front;
+}
+
 void fill_columns(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
                   Table& table) {
   for (const std::string& column : spec.columns) table.headings.emplace_back(find_metric(column)->heading);
-  for (const TableLine& line : lines) {
-    const LineContext context = context_of(line, published);
+  const std::vector<bool> on_front = find_front(lines);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const TableLine& line = lines[i];
+    LineContext context = context_of(line, published);
+    context.on_front = on_front[i];
     std::vector<std::string> cells;
     for (const std::string& key : spec.rows) cells.push_back(label_of(*line.cell, key));
     for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->text(context));
@@ -286,6 +315,65 @@ void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, cons
   }
 }
 
+/// The lines that agree in the labels of a table.
+struct Curve {
+  std::vector<std::string> labels;
+  std::string dataset, name;  ///< name: the labels but the data set
+  std::vector<RatePoint> points;
+};
+
+std::vector<Curve> collect_curves(const TableSpec& spec, const std::vector<TableLine>& lines) {
+  std::vector<Curve> curves;
+  for (const TableLine& line : lines) {
+    if (line.cell->codec == kMemcpy) continue;
+    Curve curve;
+    std::vector<std::string> names;
+    for (const std::string& key : spec.rows) {
+      curve.labels.push_back(label_of(*line.cell, key));
+      if (key != "dataset" && !curve.labels.back().empty()) names.push_back(curve.labels.back());
+    }
+    curve.dataset = line.cell->dataset->name;
+    curve.name = fmt::format("{}", fmt::join(names, " "));
+    auto at = std::ranges::find_if(curves, [&](const Curve& c) { return c.dataset == curve.dataset && c.name == curve.name; });
+    if (at == curves.end()) at = curves.insert(curves.end(), std::move(curve));
+    if (const auto point = rate_point(context_of(line, {}))) at->points.push_back(*point);
+  }
+  return curves;
+}
+
+/// Least and largest; an infinite PSNR is that of an exact volume.
+std::string range_text(const std::vector<RatePoint>& points, double RatePoint::* value, int digits) {
+  if (points.empty()) return "";
+  const auto [least, largest] = std::ranges::minmax(points, {}, value);
+  const auto text = [&](double end) { return std::isfinite(end) ? fmt::format("{:.{}f}", end, digits) : std::string("exact"); };
+  return least.*value == largest.*value ? text(least.*value) : fmt::format("{} .. {}", text(least.*value), text(largest.*value));
+}
+
+void fill_curves(const TableSpec& spec, const std::vector<TableLine>& lines, Table& table) {
+  for (const char* heading : {"points", "bits/voxel", "PSNR dB", "BD-PSNR dB", "over"}) table.headings.emplace_back(heading);
+  const std::vector<Curve> curves = collect_curves(spec, lines);
+  for (const Curve& curve : curves) {
+    std::vector<std::string> cells = curve.labels;
+    cells.push_back(std::to_string(curve.points.size()));
+    cells.push_back(range_text(curve.points, &RatePoint::bits_per_voxel, 3));
+    cells.push_back(range_text(curve.points, &RatePoint::psnr_db, 2));
+    const auto reference = std::ranges::find_if(
+        curves, [&](const Curve& c) { return c.dataset == curve.dataset && c.name == spec.bd_reference; });
+    if (reference == curves.end()) {
+      cells.insert(cells.end(), {"", ""});
+      const std::string note = fmt::format("{} has no curve '{}' to compare with.", curve.dataset, spec.bd_reference);
+      if (std::ranges::find(table.notes, note) == table.notes.end()) table.notes.push_back(note);
+    } else if (const auto found = bd_psnr(reference->points, curve.points)) {
+      cells.push_back(fmt::format("{:+.2f}", found->db));
+      cells.push_back(fmt::format("{:.3f} .. {:.3f}", found->least_bits, found->largest_bits));
+    } else {
+      cells.insert(cells.end(), {"", ""});
+      table.notes.push_back(fmt::format("{} {}: {}.", curve.dataset, curve.name, found.error().message));
+    }
+    table.lines.push_back(std::move(cells));
+  }
+}
+
 }  // namespace
 
 std::optional<TableFormat> table_format_from_name(std::string_view name) {
@@ -302,8 +390,14 @@ Table make_table(const TableSpec& spec, const Config& config, const std::vector<
   const auto latest = latest_by(rows, "key");
   const auto lines = collect_lines(spec, config, latest);
   for (const std::string& key : spec.rows) table.headings.push_back(key);
-  spec.pivot ? fill_pivot(spec, lines, published, table) : fill_columns(spec, lines, published, table);
   table.notes.push_back(explain_columns(spec));
+  if (spec.pivot) {
+    fill_pivot(spec, lines, published, table);
+  } else if (!spec.bd_reference.empty()) {
+    fill_curves(spec, lines, table);
+  } else {
+    fill_columns(spec, lines, published, table);
+  }
   add_origin_notes(lines, table.notes);
   if (published) {
     table.notes.push_back(

@@ -123,6 +123,27 @@ TEST_F(Files, ScalarErrorsHaveKnownValues) {
   EXPECT_TRUE(same["psnr_db"].is_null());
 }
 
+TEST_F(Files, LossyFilesTellTheirErrorAndKeepIt) {
+  ASSERT_EQ(program_.run("generate shells --size 40,24,33 --seed 1 -p bits=32 -o s.raw").exit_code, 0);
+  ASSERT_EQ(program_.run("encode s.raw -o s.cvr --codec zfp -p block_bits=200").exit_code, 0);
+  const json inspected = json::parse(program_.run("inspect s.cvr --json").out);
+  const Outcome outcome = program_.run("error s.raw s.cvr --threads 2 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;  // a lossy codec may differ
+  const json report = json::parse(outcome.out);
+  EXPECT_FALSE(report["exact"].get<bool>());
+  for (const char* key : {"largest_error", "mean_squared_error"})
+    EXPECT_NEAR(report[key].get<double>(), inspected["recorded_error"][key].get<double>(), 1e-12) << key;
+  EXPECT_GT(report["edge_mean_squared_error"].get<double>(), report["mean_squared_error"].get<double>());
+  EXPECT_GE(report["edge_voxels"].get<int>(), 40 * 24 * 33 / 20);
+  EXPECT_EQ(report["non_finite_voxels"], 0);
+  EXPECT_LE(report["relative_error"]["p50"].get<double>(), report["relative_error"]["p99"].get<double>());
+  // Single voxels are scalars, not bits.
+  ASSERT_EQ(program_.run("decode s.cvr -o d.raw").exit_code, 0);
+  for (const std::string where : {"0 0 0", "20 12 2", "39 23 32"})
+    EXPECT_EQ(program_.run("at s.cvr " + where).out, program_.run("at d.raw " + where).out) << where;
+  expect_usage_error("encode v.raw -o x --codec zfp", "codec zfp ");
+}
+
 TEST_F(Files, DamagedFilesAreRefusedAtEveryByte) {
   const std::string whole = program_.read("v.cvr");
   EXPECT_EQ(program_.run("validate v.cvr").exit_code, 0);

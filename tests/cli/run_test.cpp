@@ -123,6 +123,56 @@ TEST_F(Run, CrashHangMemoryAndWrongVoxelsBecomeRows) {
   }
 }
 
+constexpr const char* kLossyConfig = R"(title: T
+rounds: 2
+max_rounds: 2
+timeout_s: 20
+memory_limit_gib: 1
+matrix:
+  - datasets: [{generator: shells, extent: [40, 24, 33], name: walls}]
+    codecs: [raw, {id: zfp, parameters: {block_bits: [32, 64, 128, 256]}}, {id: zfp, parameters: {mode: accuracy, tolerance_log2: [2, 3, 4, 5]}}, bc4]
+    stages: [encode]
+  - datasets: [{generator: shells, extent: [40, 24, 33], name: walls}]
+    codecs: [raw, zstd, {id: zfp, parameters: {mode: accuracy, tolerance_log2: 2}}, bc4]
+    stages: [decode, random-access]
+tables:
+  - {name: t, title: T, where: {kind: scalars}, rows: [codec, mode, block_bits], columns: [bits_per_voxel, volume_psnr_db, edge_psnr_db, pareto, status]}
+  - {name: bd, title: BD, rows: [dataset, codec, mode], bd_psnr: zfp rate}
+)";
+
+TEST_F(Run, LossyCellsCarryTheirErrorsAndAreOkWhileTheyKeepThem) {
+  program_.write("l.yaml", kLossyConfig);
+  const Outcome outcome = program_.run("run l.yaml --out o");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const json& row : rows()) {
+    const std::string id = row["codec"]["id"], stage = row["stage"];
+    SCOPED_TRACE(row["key"].get<std::string>());
+    if (id == "zstd" && stage == "random-access") continue;  // no access to single voxels
+    ASSERT_EQ(row["status"], "ok") << row["reason"];
+    if (stage == "random-access") {
+      EXPECT_EQ(row["access"].size(), 2u);  // uniform and clustered; scalars have no labels
+      EXPECT_GT(row["verification"]["points_compared"].get<int>(), 0);
+    }
+    const bool lossy = id == "zfp" || id == "bc4";
+    ASSERT_EQ(row.contains("error"), lossy);
+    if (!lossy) continue;
+    EXPECT_GT(row["error"]["psnr_db"].get<double>(), 20);
+    EXPECT_GT(row["error"]["edge_voxels"].get<int>(), 0);
+    EXPECT_NEAR(row["error"]["recorded"]["mean_squared_error"].get<double>(), row["error"]["mean_squared_error"].get<double>(), 1e-9);
+  }
+  EXPECT_THAT(outcome.out, HasSubstr("     8.0485 |   exact |        exact |"));
+  EXPECT_THAT(outcome.out, HasSubstr("| walls   | zfp   | rate     |      4 |"));
+}
+
+TEST_F(Run, ALossyCellWhoseErrorIsAnotherThanItRecordsHasFailed) {
+  program_.write("l.yaml", std::string(kLossyConfig) + "test_fault: {fault: mismatch, codec: zfp}\n");
+  program_.run("run l.yaml --out o --only codec=zfp --only mode=accuracy --only tolerance_log2=2 --only stage=decode");
+  const auto found = by_key();
+  EXPECT_EQ(found.at("zfp decode")["status"], "failed");
+  EXPECT_THAT(found.at("zfp decode")["reason"].get<std::string>(), HasSubstr("mean squared error: the file records"));
+  EXPECT_FALSE(found.at("zfp decode").contains("time"));
+}
+
 TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
   program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: crash, codec: zstd}\n");
   const Outcome outcome = program_.run("run f.yaml --out o --only stage=encode");

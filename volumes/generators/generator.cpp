@@ -22,7 +22,9 @@ struct Kind {
 
 constexpr std::array kTable{Kind{&kCellsInfo, make_cells}, Kind{&kFibersInfo, make_fibers},
                             Kind{&kNeuritesInfo, make_neurites}, Kind{&kAtlasInfo, make_atlas},
-                            Kind{&kWorstCaseInfo, make_worst_case}};
+                            Kind{&kWorstCaseInfo, make_worst_case},
+                            Kind{&kTurbulenceInfo, make_turbulence}, Kind{&kShellsInfo, make_shells},
+                            Kind{&kMarschnerLobbInfo, make_marschner_lobb}, Kind{&kMovingInfo, make_moving}};
 
 constexpr std::uint64_t kLargestAxis = std::uint64_t{1} << 24;
 

@@ -9,11 +9,16 @@
 namespace cvr::volumes {
 
 extern const GeneratorInfo kCellsInfo, kFibersInfo, kNeuritesInfo, kAtlasInfo, kWorstCaseInfo;
+extern const GeneratorInfo kTurbulenceInfo, kShellsInfo, kMarschnerLobbInfo, kMovingInfo;
 
 std::unique_ptr<VolumeSource> make_cells(const GeneratorRequest& request);
 std::unique_ptr<VolumeSource> make_fibers(const GeneratorRequest& request);
 std::unique_ptr<VolumeSource> make_neurites(const GeneratorRequest& request);
 std::unique_ptr<VolumeSource> make_atlas(const GeneratorRequest& request);
 std::unique_ptr<VolumeSource> make_worst_case(const GeneratorRequest& request);
+std::unique_ptr<VolumeSource> make_turbulence(const GeneratorRequest& request);
+std::unique_ptr<VolumeSource> make_shells(const GeneratorRequest& request);
+std::unique_ptr<VolumeSource> make_marschner_lobb(const GeneratorRequest& request);
+std::unique_ptr<VolumeSource> make_moving(const GeneratorRequest& request);
 
 }  // namespace cvr::volumes

@@ -233,7 +233,7 @@ TEST_F(RenderConfig, TablesSpreadAMetricOrHaveColumns) {
   EXPECT_FALSE(load(good, table("columns: [rate]")).tables[0].renders());
   EXPECT_TRUE(load(good, table("columns: [rate], where: {scene: a}")).tables[0].renders());
   EXPECT_THAT(error(good, table("columns: [rate], pivot: {columns: [shading], metric: frame_ms}")),
-              EndsWith("found both"));
+              EndsWith("found several"));
   EXPECT_THAT(error(good, "tables:\n  - {name: t, title: T, rows: [codec]}\n"), EndsWith("found none"));
   EXPECT_THAT(error(good, table("pivot: {columns: [shadin], metric: frame_ms}")),
               HasSubstr("did you mean 'shading'?"));

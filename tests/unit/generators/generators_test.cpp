@@ -101,7 +101,15 @@ INSTANTIATE_TEST_SUITE_P(All, Generators,
         Case{"worst-case", {{"pattern", 2}, {"bits", 64}}, 0x060251F9227F4806u},
         Case{"worst-case", {{"pattern", 3}, {"bits", 16}}, 0x035ED1DBE5CCC757u},
         Case{"worst-case", {{"pattern", 4}, {"bits", 8}}, 0xA88074E2E0619FB5u},
-        Case{"worst-case", {{"pattern", 5}}, 0xD952C545376EC251u}));
+        Case{"worst-case", {{"pattern", 5}}, 0xD952C545376EC251u},
+        Case{"turbulence", {}, 0xCB469E871708CAB8u},
+        Case{"turbulence", {{"bits", 32}, {"slope", 3}, {"smallest", 4}}, 0xD330984195014BC4u},
+        Case{"shells", {}, 0x17FFDEE4BC98CD1Eu},
+        Case{"shells", {{"bits", 16}, {"shells", 2}, {"noise", 0}}, 0x68058353A4E37C78u},
+        Case{"marschner-lobb", {}, 0x05BE09EE3EF11511u},
+        Case{"marschner-lobb", {{"bits", 32}, {"frequency", 11}}, 0xDC1807D234DE819Du},
+        Case{"moving", {}, 0x790043BF796AFD47u},
+        Case{"moving", {{"bits", 16}, {"time", 12.5}}, 0x8E848D482BF01A52u}));
 // clang-format on
 
 TEST(GeneratorTable, DescribesEveryKind) {
@@ -122,11 +130,12 @@ TEST(GeneratorTable, DescribesEveryKind) {
       }
     }
   }
-  EXPECT_THAT(kinds, testing::ElementsAre("cells", "fibers", "neurites", "atlas", "worst-case"));
+  EXPECT_THAT(kinds, testing::ElementsAre("cells", "fibers", "neurites", "atlas", "worst-case", "turbulence", "shells",
+                                          "marschner-lobb", "moving"));
 }
 
 TEST(GeneratorTable, SeedsAndExtentsMatter) {
-  for (const char* kind : {"cells", "fibers", "neurites", "atlas"}) {
+  for (const char* kind : {"cells", "fibers", "neurites", "atlas", "turbulence", "shells", "moving"}) {
     const Extent extent{96, 80, 64};
     const Volume first = generate({kind, {}, 0}, extent, 1), second = generate({kind, {}, 0}, extent, 2);
     EXPECT_FALSE(bytes_of(first) == bytes_of(second)) << kind;
@@ -137,7 +146,8 @@ TEST(GeneratorTable, SeedsAndExtentsMatter) {
 TEST(GeneratorTable, FieldsChangeUnderExchangedAxes) {
   for (const Case& c :
        {Case{"cells", {}, 0}, Case{"fibers", {{"density", 40}}, 0}, Case{"neurites", {{"calibre", 16}}, 0},
-        Case{"atlas", {}, 0}, Case{"worst-case", {{"pattern", 1}}, 0}}) {
+        Case{"atlas", {}, 0}, Case{"worst-case", {{"pattern", 1}}, 0}, Case{"turbulence", {}, 0},
+        Case{"shells", {}, 0}, Case{"moving", {}, 0}}) {
     const Extent extent{60, 60, 60};
     const Volume volume = generate(c, extent);
     std::uint64_t xz = 0, xy = 0, yz = 0;
@@ -170,7 +180,8 @@ std::string refusal(std::string_view kind, const Extent& extent,
 TEST(GeneratorTable, RefusalsNameWhatIsAllowed) {
   constexpr Extent kSmall{4, 5, 6};
   EXPECT_THAT(refusal("cell", kSmall, {}),
-              testing::HasSubstr("expected one of cells, fibers, neurites, atlas, worst-case, found cell"));
+              testing::HasSubstr("expected one of cells, fibers, neurites, atlas, worst-case, turbulence, shells, "
+                                 "marschner-lobb, moving, found cell"));
   EXPECT_THAT(refusal("cells", kSmall, {{"volumes", 3}}),
               testing::HasSubstr("expected one of volume, jitter"));
   EXPECT_THAT(refusal("cells", kSmall, {{"volume", 1}}),
@@ -182,6 +193,8 @@ TEST(GeneratorTable, RefusalsNameWhatIsAllowed) {
   EXPECT_THAT(refusal("worst-case", kSmall, {{"pattern", 6}}), testing::HasSubstr("from 0 to 5, found 6"));
   EXPECT_THAT(refusal("worst-case", kSmall, {{"bits", 12}}),
               testing::HasSubstr("expected 8, 16, 32 or 64, found 12"));
+  EXPECT_THAT(refusal("shells", kSmall, {{"bits", 12}}),
+              testing::HasSubstr("generator shells: bits: expected 8, 16 or 32, found 12"));
   EXPECT_THAT(refusal("atlas", {4, 0, 6}, {}),
               testing::HasSubstr("expected 1 to 16777216 voxels an axis, found 4x0x6"));
   EXPECT_THAT(refusal("cells", {1u << 24, 1u << 24, 1u << 24}, {}),
