@@ -134,7 +134,7 @@ class BrickAccess {
 class ProgressiveAccess {
  public:
   virtual ~ProgressiveAccess() = default;
-  virtual unsigned steps() const = 0;                          ///< at least 2; the last is the whole payload
+  virtual unsigned steps() const = 0;                          ///< at least 2; the last is the whole payload; a step may add nothing
   virtual std::string_view step_name(unsigned step) const = 0;  ///< for instance "DC", "+LP"
   virtual std::uint64_t step_bytes(unsigned step) const = 0;   ///< bytes of the payload that steps 0..step need, exactly
   /// Like Decoder::decode(0, ...), from the bytes of steps 0..step alone.

@@ -154,7 +154,12 @@ Image render_scalars(const volumes::Volume& volume, const Scene& scene, const Va
           if (entry[3] <= 0) continue;
           const Vector3 slope = field.slope(place) / scale;
           const double steepness = length(slope);
-          const double lambert = steepness > 0 ? scene.ambient + (1 - scene.ambient) * std::abs(dot(slope, light)) / steepness : 1;
+          double lambert = 1;
+          if (steepness > 0) {
+            const double knee = kShadingKnee * (range.largest - range.least);
+            const double shaded = knee > 0 ? std::min(1.0, steepness / knee) : 1;
+            lambert -= shaded * (1 - scene.ambient) * (1 - std::abs(dot(slope, light)) / steepness);
+          }
           const double alpha = 1 - std::exp(-entry[3] * step);
           for (std::size_t c = 0; c < 3; ++c) colour[c] += transmittance * alpha * lambert * entry[c];
           transmittance *= 1 - alpha;

@@ -113,6 +113,7 @@ Expected<void> ScalarRenderer::Impl::make_kernels() {
   text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)}, {"CVR_GROUP", std::to_string(kGroup)}};
   for (const auto& [name, value] : samples.constants) text.definitions.emplace_back(name, std::to_string(value));
   text.texts.push_back(fmt::format("shaders/scalars/{}.glsl", samples.decoder));
+  text.texts.emplace_back("shaders/scalars/offset.glsl");
   const auto kernel = [&](const char* path, bool from_ring) {
     KernelSource source = text;
     source.name = fmt::format("{} {}", path, samples.decoder);
@@ -217,6 +218,7 @@ void ScalarRenderer::set_scene(const Scene& scene, const ValueRange& range) {
   my.frame.value_at = static_cast<float>(range.least);
   const double width = range.largest - range.least;
   my.frame.value_step = width > 0 ? static_cast<float>((kTransferEntries - 1) / width) : 0;
+  my.frame.knee = static_cast<float>(kShadingKnee * width);
   my.frame.samples = scene.slice_samples;
   my.frame.ambient = static_cast<float>(scene.ambient);
   for (std::size_t i = 0; i < 3; ++i) my.frame.background[i] = static_cast<float>(scene.background[i]) / 255;

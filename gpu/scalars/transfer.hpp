@@ -9,6 +9,8 @@
 namespace cvr::gpu {
 
 inline constexpr std::size_t kTransferEntries = 256;
+/// Slope, as a part of the value range a world unit, from which shading is full: flat regions have no normal, only rounding.
+inline constexpr double kShadingKnee = 1.0 / 1024;
 
 /// Values that the ends of a transfer function mean: 0..255 for u8, else least and largest finite value of the volume.
 struct ValueRange {

@@ -7,6 +7,7 @@ layout(local_size_x = CVR_GROUP) in;
 const float CVR_LEAST_TRANSMITTANCE = 1.0 / 256.0;
 const float CVR_LEAST_ALONG = 1.0 / 1024.0;  // of a direction along the slice axis against its largest component
 
+// Above value_at.
 float cvr_value(ivec3 voxel) {
   ivec3 last = ivec3(cvr_frame.slices[0], cvr_frame.slices[1], cvr_frame.slices[2]) - 1;
   uvec3 at = uvec3(clamp(voxel, ivec3(0), last));
@@ -14,7 +15,7 @@ float cvr_value(ivec3 voxel) {
   uint row = cvr_frame.slices[0];
   return Floats(cvr_frame.ring).f[at.x + row * (at.y + cvr_frame.slices[1] * (at.z % cvr_frame.ring_slices))];
 #else
-  return cvr_sample(cvr_voxel(at.x, at.y, at.z));
+  return cvr_offset_sample(cvr_voxel(at.x, at.y, at.z));
 #endif
 }
 
@@ -25,7 +26,7 @@ float cvr_slope_weight(int i, float part) {
 }
 
 vec4 cvr_transfer(float value) {
-  float entry = clamp((value - cvr_frame.value_at) * cvr_frame.value_step, 0.0, float(CVR_TRANSFER_ENTRIES - 1));
+  float entry = clamp(value * cvr_frame.value_step, 0.0, float(CVR_TRANSFER_ENTRIES - 1));
   float below = min(floor(entry), float(CVR_TRANSFER_ENTRIES - 2));
   Colours entries = Colours(cvr_frame.transfer);
   return mix(entries.c[uint(below)], entries.c[uint(below) + 1u], entry - below);
@@ -58,7 +59,8 @@ void cvr_take(vec3 position, float world_step, inout vec4 sum) {
   float lambert = 1.0;
   if (steepness > 0.0) {
     vec3 light = vec3(cvr_frame.light[0], cvr_frame.light[1], cvr_frame.light[2]);
-    lambert = cvr_frame.ambient + (1.0 - cvr_frame.ambient) * abs(dot(slope, light)) / steepness;
+    float shaded = cvr_frame.knee > 0.0 ? min(steepness / cvr_frame.knee, 1.0) : 1.0;
+    lambert = 1.0 - shaded * (1.0 - cvr_frame.ambient) * (1.0 - abs(dot(slope, light)) / steepness);
   }
   float alpha = 1.0 - exp(-entry.w * world_step);
   sum.rgb += sum.w * alpha * lambert * entry.rgb;

@@ -23,3 +23,4 @@
   float background[3];
   float value_at;        // value of transfer entry 0
   float value_step;      // entries a unit of value
+  float knee;            // slope from which shading is full, in values a world unit

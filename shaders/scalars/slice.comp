@@ -7,6 +7,6 @@ void main() {
   if (i >= area * (cvr_push.y - cvr_push.x)) return;
   uint slice = cvr_push.x + i / area;
   uint inside = i % area;
-  float value = cvr_sample(cvr_voxel(inside % cvr_frame.slices[0], inside / cvr_frame.slices[0], slice));
+  float value = cvr_offset_sample(cvr_voxel(inside % cvr_frame.slices[0], inside / cvr_frame.slices[0], slice));
   Floats(cvr_frame.ring).f[(slice % cvr_frame.ring_slices) * area + inside] = value;
 }

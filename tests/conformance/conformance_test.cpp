@@ -155,7 +155,7 @@ class Conformance : public testing::TestWithParam<Case> {
     for (unsigned step = 0; step < access.steps(); ++step) {
       EXPECT_FALSE(access.step_name(step).empty());
       if (step > 0) {
-        EXPECT_GT(access.step_bytes(step), access.step_bytes(step - 1));
+        EXPECT_GE(access.step_bytes(step), access.step_bytes(step - 1)) << "a step without a book costs nothing";
       }
       SlabCheck one(original().info(), 64);
       const auto ok = access.decode_step(step, 1, one);
@@ -217,8 +217,10 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
   for (std::size_t i = 0; i < kByteClasses; ++i) {
     EXPECT_EQ(encoded_->breakdown[ByteClass(i)], file->breakdown[ByteClass(i)]) << name_of(ByteClass(i));
   }
-  EXPECT_LE(encoded_->published_bytes, bytes().size());
-  EXPECT_GT(encoded_->published_bytes, 0u);
+  if (lossless()) {  // publications of lossy codecs count what a device holds, which may be nothing, or more than a file
+    EXPECT_LE(encoded_->published_bytes, bytes().size());
+    EXPECT_GT(encoded_->published_bytes, 0u);
+  }
 
   const auto decoded = codecs::decode(bytes(), 0, 1);
   ASSERT_TRUE(decoded) << decoded.error().message;
