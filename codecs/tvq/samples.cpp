@@ -87,7 +87,7 @@ Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool 
   if (strange > 0 && !mask) {
     const Extent& e = source.info().extent;
     return fail(ErrorCode::kUnsupported,
-                fmt::format("{} of {} voxels are not finite, the first at {},{},{}; nonfinite=mask keeps them aside", strange, e.voxels(),
+                fmt::format("expected finite voxels, found {} of {} that are NaN or infinite, the first at ({}, {}, {}); nonfinite=mask keeps them aside", strange, e.voxels(),
                             first % e.x, first / e.x % e.y, first / (e.x * e.y)));
   }
   if (!(low <= high)) low = high = 0;  // nothing is finite

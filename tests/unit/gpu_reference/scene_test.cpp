@@ -250,7 +250,7 @@ TEST_F(SceneFiles, FoundByNameOrPath) {
     experiments::find_scene("dens");
     FAIL();
   } catch (const volumes::InputError& e) {
-    EXPECT_THAT(e.what(), AllOf(HasSubstr("atlas, cells, dense"), HasSubstr("did you mean 'dense'")));
+    EXPECT_THAT(e.what(), AllOf(HasSubstr("atlas, cells, ct, dense"), HasSubstr("did you mean 'dense'")));
   }
 }
 
