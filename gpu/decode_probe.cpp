@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "gpu/allocations.hpp"
 #include "gpu/frame.hpp"
 #include "gpu/kernels.hpp"
 #include "shaders/shared/shared.hpp"
@@ -33,7 +34,7 @@ struct DecodeProbe::Impl {
   volumes::VolumeInfo info;
   std::vector<std::uint64_t> remap;
   Commands commands;
-  std::vector<DeviceBuffer> buffers;
+  Allocations allocations{device};
   FrameConstants frame{};
   std::map<DecodePath, std::unique_ptr<Kernel>> kernels;
 };
@@ -58,13 +59,7 @@ Kernel& DecodeProbe::Impl::kernel(DecodePath path) {
 volumes::Expected<std::unique_ptr<DecodeProbe>> DecodeProbe::make(Device& device, const codecs::GpuEncoding& encoding,
                                                                   const volumes::VolumeInfo& info) {
   auto impl = std::make_unique<Impl>(device, encoding, info);
-  for (const codecs::GpuBuffer& piece : encoding.buffers) {
-    auto buffer = DeviceBuffer::make(device, piece.bytes.size(), piece.use);
-    if (!buffer) return tl::unexpected(buffer.error());
-    buffer->write(0, piece.bytes);
-    impl->frame.encoding[impl->buffers.size()] = buffer->address();
-    impl->buffers.push_back(std::move(*buffer));
-  }
+  if (auto done = impl->allocations.upload(impl->encoding.buffers, impl->frame.encoding); !done) return tl::unexpected(done.error());
   const volumes::Extent grid = volumes::ceil_div(info.extent, encoding.brick);
   for (int b = 0; b < 3; ++b) {
     impl->frame.extent[b] = static_cast<std::uint32_t>((&info.extent.x)[b]);

@@ -56,7 +56,6 @@ struct Renderer::Impl {
 
   Expected<void> upload();
   Expected<void> make_kernels();
-  Expected<DeviceBuffer> make_buffer(std::uint64_t bytes, const std::string& use);
   Expected<void> write_materials(const Scene& scene);
   void write_levels(const Camera& camera);
   void describe_camera(const Camera& camera);
@@ -71,8 +70,7 @@ struct Renderer::Impl {
   std::vector<std::uint64_t> remap;
   volumes::Extent grid;
   Commands commands;
-  std::vector<DeviceBuffer> encoded;
-  std::vector<MemoryUse> uses;
+  Allocations allocations{device};
   DeviceBuffer bricks, materials, colours, labels, counters, suspended, status;
   bool hashed = false, warm = false;
   std::unique_ptr<Cache> cache;
@@ -84,21 +82,8 @@ struct Renderer::Impl {
   std::vector<std::pair<std::string, double>> start;
 };
 
-Expected<DeviceBuffer> Renderer::Impl::make_buffer(std::uint64_t bytes, const std::string& use) {
-  auto buffer = DeviceBuffer::make(device, bytes, use);
-  if (buffer) uses.push_back({use, buffer->bytes()});
-  return buffer;
-}
-
 Expected<void> Renderer::Impl::upload() {
-  for (codecs::GpuBuffer& piece : encoding.buffers) {
-    auto buffer = make_buffer(piece.bytes.size(), "encoding: " + piece.use);
-    if (!buffer) return tl::unexpected(buffer.error());
-    buffer->write(0, piece.bytes);
-    frame.encoding[encoded.size()] = buffer->address();
-    encoded.push_back(std::move(*buffer));
-    piece = {};
-  }
+  if (auto done = allocations.upload(encoding.buffers, frame.encoding); !done) return done;
   const std::uint64_t pixels = std::uint64_t{options.width} * options.height;
   const struct {
     DeviceBuffer& buffer;
@@ -113,9 +98,7 @@ Expected<void> Renderer::Impl::upload() {
                  frame.suspended},
                 {status, CVR_STATUS_WORDS * 4, "status", frame.status}};
   for (const auto& piece : pieces) {
-    auto buffer = make_buffer(piece.bytes, piece.use);
-    if (!buffer) return tl::unexpected(buffer.error());
-    piece.buffer = std::move(*buffer);
+    if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use); !done) return done;
     piece.address = piece.buffer.address();
   }
   const std::vector<std::byte> zeros(std::max<std::size_t>(pixels * 16, 1));
@@ -191,9 +174,7 @@ Expected<void> Renderer::Impl::write_materials(const Scene& now_shown) {
   };
   const auto keep = [&](std::span<const std::byte> table) -> Expected<void> {
     if (materials.bytes() < table.size() || frame.materials == 0) {
-      auto buffer = make_buffer(table.size(), "materials");
-      if (!buffer) return tl::unexpected(buffer.error());
-      materials = std::move(*buffer);
+      if (auto done = allocations.make(materials, table.size(), "materials"); !done) return done;
       frame.materials = materials.address();
     }
     materials.write(0, table);
@@ -434,7 +415,7 @@ void Renderer::clear_counters() {
 }
 
 std::vector<MemoryUse> Renderer::memory() const {
-  std::vector<MemoryUse> uses = impl_->uses;
+  std::vector<MemoryUse> uses = impl_->allocations.uses();
   for (const MemoryUse& use : impl_->cache->memory()) uses.push_back(use);
   return uses;
 }

@@ -12,6 +12,7 @@
 #include "codecs/registry.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/scene_file.hpp"
+#include "experiments/stages/render_parts.hpp"
 #include "experiments/statistics.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "gpu/caches/cache.hpp"
@@ -101,19 +102,14 @@ std::string numbered(const std::string& path, std::uint32_t frame, std::uint32_t
 Row describe_picture(const RenderCommand& command, const gpu::Scene& scene, const gpu::Device& device,
                      const codecs::OpenedFile& file, const std::vector<gpu::MemoryUse>& memory) {
   Row row;
-  row["device"] = {{"name", device.report().name}, {"type", device.report().type}, {"driver", device.report().driver}};
+  row["device"] = describe_device(device);
   row["codec"] = file.codec->traits().id;
   row["extent"] = to_string(file.stream.info.extent);
   row["scene"] = scene.name;
   row["cache"] = command.access;
   row["shading"] = gpu::name_of(scene.shading);
   row["size"] = fmt::format("{}x{}", scene.width, scene.height);
-  std::uint64_t total = 0;
-  for (const gpu::MemoryUse& use : memory) {
-    row["gpu_uses"][use.use] = use.bytes;
-    total += use.bytes;
-  }
-  row["gpu_bytes"] = total;
+  row.update(describe_memory(memory));
   return row;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "codecs/gpu_encoding.hpp"
+#include "gpu/allocations.hpp"
 #include "gpu/frame.hpp"
 #include "gpu/vulkan/commands.hpp"
 #include "volumes/error.hpp"
@@ -28,11 +29,6 @@ struct CacheSetting {
   std::uint64_t cache_bytes;   ///< what the cache may take
   KernelSource decoder;        ///< definitions and texts up to and including the codec's decoder
   bool instrumented;
-};
-
-struct MemoryUse {
-  std::string use;
-  std::uint64_t bytes;
 };
 
 /// What happened in the passes of one frame.

@@ -45,7 +45,6 @@ struct ScalarRenderer::Impl {
 
   Expected<void> upload();
   Expected<void> make_kernels();
-  Expected<DeviceBuffer> make_buffer(std::uint64_t bytes, const std::string& use);
   void describe_camera(const Camera& camera);
   std::uint64_t draw_from_ring(std::uint32_t first, std::uint32_t last);
   void decode_slices(std::uint32_t first, std::uint32_t last);
@@ -59,30 +58,16 @@ struct ScalarRenderer::Impl {
   std::uint32_t width, height;
   Commands commands;
   codecs::GpuSamples samples;  ///< without the buffers' bytes once they are uploaded
-  std::vector<DeviceBuffer> encoded;
+  Allocations allocations{device};
   DeviceBuffer ring, colours, transfer;
-  std::vector<MemoryUse> uses;
   std::unique_ptr<Kernel> decode, composite;
   ScalarFrame frame{};
   Scene scene;
   std::vector<std::pair<std::string, double>> start;
 };
 
-Expected<DeviceBuffer> ScalarRenderer::Impl::make_buffer(std::uint64_t bytes, const std::string& use) {
-  auto buffer = DeviceBuffer::make(device, bytes, use);
-  if (buffer) uses.push_back({use, buffer->bytes()});
-  return buffer;
-}
-
 Expected<void> ScalarRenderer::Impl::upload() {
-  for (codecs::GpuBuffer& piece : samples.buffers) {
-    auto buffer = make_buffer(piece.bytes.size(), "encoding: " + piece.use);
-    if (!buffer) return tl::unexpected(buffer.error());
-    buffer->write(0, piece.bytes);
-    frame.encoding[encoded.size()] = buffer->address();
-    encoded.push_back(std::move(*buffer));
-    piece = {};
-  }
+  if (auto done = allocations.upload(samples.buffers, frame.encoding); !done) return done;
   const volumes::Extent& e = info.extent;
   const std::uint64_t largest_slice = std::max({e.x * e.y, e.x * e.z, e.y * e.z});
   const std::uint64_t slices = std::clamp<std::uint64_t>(options.cache_bytes / (4 * largest_slice), kAround + 1,
@@ -98,9 +83,7 @@ Expected<void> ScalarRenderer::Impl::upload() {
                 {transfer, kTransferEntries * 16, "transfer function", frame.transfer}};
   for (const auto& piece : pieces) {
     if (piece.bytes == 0) continue;
-    auto buffer = make_buffer(piece.bytes, piece.use);
-    if (!buffer) return tl::unexpected(buffer.error());
-    piece.buffer = std::move(*buffer);
+    if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use); !done) return done;
     piece.address = piece.buffer.address();
   }
   if (groups(largest_slice) > device.limits().groups || groups(std::uint64_t{width} * height) > device.limits().groups)
@@ -260,7 +243,7 @@ Image ScalarRenderer::read_image() const {
   return image;
 }
 
-std::vector<MemoryUse> ScalarRenderer::memory() const { return impl_->uses; }
+std::vector<MemoryUse> ScalarRenderer::memory() const { return impl_->allocations.uses(); }
 std::vector<std::pair<std::string, double>> ScalarRenderer::start_parts() const { return impl_->start; }
 
 }  // namespace cvr::gpu
