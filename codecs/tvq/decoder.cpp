@@ -150,7 +150,7 @@ inline void finish_block(const shaders::TvqDomain& domain, const std::int32_t* s
   }
 }
 
-class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public ProgressiveAccess, public DeviceImage {
+class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public ProgressiveAccess {
  public:
   BlockDecoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding, std::vector<std::uint32_t> words,
                const StepBytes& steps)
@@ -163,8 +163,7 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
         exceptions_(encoding.exceptions),
         exception_bits_(encoding.exception_bits),
         words_(std::move(words)),
-        steps_(steps),
-        device_(device_bytes(scheme, encoding)) {
+        steps_(steps) {
     std::int64_t largest = 0;  // of any sum, with its rounding
     for (const SubVolume& part : encoding.parts) {
       const std::int64_t first = part.dc_base, last = first + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
@@ -216,10 +215,6 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     samples.buffers.push_back({"blocks and books", std::as_bytes(std::span(words_)), nullptr});
     return samples;
   }
-
-  std::uint64_t index_bytes() const override { return device_.index; }
-  std::uint64_t book_bytes() const override { return device_.books; }
-  std::span<const std::uint32_t> words() const override { return words_; }
 
   Expected<void> decode(unsigned, unsigned threads, SlabSink& sink) const override { return decode_step(scheme_.books, threads, sink); }
 
@@ -383,7 +378,6 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   std::vector<std::uint64_t> exception_at_;  ///< the first of each run in exception_bits_
   std::vector<std::uint32_t> words_;
   StepBytes steps_;
-  DeviceBytes device_;
   std::vector<Extent> blocks_;  ///< of each sub-volume
   bool narrow_ = false;         ///< all sums fit 16 bits
   std::vector<Table<std::int16_t>> narrow_tables_;
