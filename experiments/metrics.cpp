@@ -63,6 +63,13 @@ std::string seconds_text(const LineContext& line, Stage stage) {
   return value ? fmt::format("{:.3g}", *value) : "";
 }
 
+std::string whole_seconds_text(const LineContext& line) {
+  const Row* row = row_of(line, Stage::kDecode);
+  if (row == nullptr || !is_ok(*row)) return row == nullptr ? "" : row->value("status", "");
+  const auto value = number_at(*row, "/time/seconds/median");
+  return value ? fmt::format("{:.3g}", *value * whole_over_part(*row)) : "";
+}
+
 std::string access_text(const LineContext& line, std::string_view points) {
   const Row* row = row_of(line, Stage::kRandomAccess);
   if (row == nullptr) return "";
@@ -228,6 +235,9 @@ std::span<const Metric> voxel_metrics() {
       {"decode_interval", "decode +-%",
        "half width of the 95 % interval of the median decoding time, in percent",
        [](L l) { return from_stage(l, Stage::kDecode, "/time/relative_interval", 1, 50); }},
+      {"decode_whole_seconds", "decode s, whole",
+       "decode_seconds times voxels of the original / voxels decoded: what the whole volume would take",
+       [](L l) { return whole_seconds_text(l); }},
       {"access_uniform_ns", "access ns", "median ns a voxel, uniform points, finest level",
        [](L l) { return access_text(l, "uniform"); }},
       {"access_clustered_ns", "clustered ns", "median ns a voxel, points along rays, finest level",

@@ -32,6 +32,12 @@ std::string number(L line, const char* pointer, int digits, double factor = 1) {
 /// Four significant digits: frames take from microseconds to seconds.
 std::string milliseconds(const Row& value) { return fmt::format("{:.4g}", value.get<double>()); }
 
+std::string whole_milliseconds(L line) {
+  return from_render(line, "", [](const Row& row) {
+    return fmt::format("{:.4g}", row.at(Pointer("/frames/mean_ms")).get<double>() * whole_over_part(row));
+  });
+}
+
 std::string milliseconds(L line, const char* pointer) {
   return from_render(line, pointer, [](const Row& value) { return milliseconds(value); });
 }
@@ -74,6 +80,9 @@ std::span<const Metric> render_metrics() {
       {"frame_ms", "frame ms",
        "mean device time of a frame over the camera path, which begins with an empty cache",
        [](L l) { return milliseconds(l, "/frames/mean_ms"); }},
+      {"frame_whole_ms", "frame ms, whole",
+       "frame_ms times voxels of the original / voxels drawn: what the whole volume would take, slice by slice",
+       whole_milliseconds},
       {"frame_median_ms", "median ms", "median device time of a frame of the path",
        [](L l) { return milliseconds(l, "/frames/median_ms"); }},
       {"frame_p95_ms", "p95 ms", "95 % of the path's frames take at most this long",

@@ -71,6 +71,7 @@ Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& proven
     dataset["type"] = name_of(info.type);
     dataset["kind"] = name_of(info.kind);
     dataset["voxels"] = info.extent.voxels();
+    dataset["original_voxels"] = cell.dataset->full_extent.voxels();
     dataset["bytes"] = info.bytes();
     dataset["identity"] = location.identity;
     dataset["content_hash"] = copy.content_hash.empty() ? Row(nullptr) : Row(copy.content_hash);

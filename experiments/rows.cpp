@@ -29,6 +29,12 @@ std::string read_text(const std::string& path) {
 
 }  // namespace
 
+double whole_over_part(const Row& row) {
+  const Row& dataset = row.at("dataset");
+  const double voxels = dataset.value("voxels", 1.0);
+  return dataset.value("original_voxels", voxels) / voxels;
+}
+
 std::vector<Row> load_rows(const std::string& path) {
   const std::string text = read_text(path);
   std::vector<Row> rows;

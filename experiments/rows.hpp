@@ -23,6 +23,9 @@ inline constexpr std::string_view kOutOfMemory = "out-of-memory";
 inline constexpr std::string_view kUnsupported = "unsupported";
 inline constexpr std::string_view kDataMissing = "data-missing";
 
+/// Voxels of the original over those of the volume that the row is about: above 1 where a part or a smaller volume stands for it.
+double whole_over_part(const Row& row);
+
 /// All whole rows of a file, none if it does not exist. Throws InputError (FILE:LINE) for a line in the
 /// middle that is no row.
 std::vector<Row> load_rows(const std::string& path);

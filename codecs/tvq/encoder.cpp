@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "codecs/tvq/bits.hpp"
+#include "codecs/tvq/random_codes.hpp"
 #include "codecs/tvq/rounding.hpp"
 
 namespace cvr::codecs::tvq {
@@ -272,8 +273,10 @@ Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const
     }
     Options options = settings.options;
     options.seed = settings.options.seed * 1000003 + i;
-    encoding.parts.push_back(encode_part(scheme, encoding.domain, ceil_div(box.size, kBlockEdge), read_blocks(source, encoding.domain, box),
-                                         box.size.voxels(), options, threads));
+    const Extent blocks = ceil_div(box.size, kBlockEdge);
+    encoding.parts.push_back(options.random_codes ? random_part(scheme, encoding.domain, blocks, options)
+                                                  : encode_part(scheme, encoding.domain, blocks, read_blocks(source, encoding.domain, box),
+                                                                box.size.voxels(), options, threads));
   }
   Payload payload = write_payload(scheme, encoding);
   const auto decoder = make_decoder(scheme, info, encoding, {});

@@ -24,6 +24,7 @@ struct Options {
   bool coefficients = true;  ///< books in the file as coefficients
   bool closed_loop = true;   ///< hvq: voxels relative to the coded octants
   std::uint64_t seed = 1;
+  bool random_codes = false;  ///< nothing is trained: random codes into random books of `bits`, to time decoders
   bool flip_signs = false;  ///< turns every second basis vector around, which must not change a voxel
 };
 

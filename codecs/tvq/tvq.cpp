@@ -44,7 +44,10 @@ std::vector<ParameterSpec> with_common(std::vector<ParameterSpec> own) {
                      "value of the zero blocks, which are exact: 0 (or the least where 0 does not occur), "
                      "the least, the most frequent (not f32)"));
   own.push_back(text("nonfinite", {"refuse", "mask"}, "voxels that are NaN or infinite: refused, or kept aside bit by bit"));
-  own.push_back(integer("seed", "1", 0, 1000000, "of init=random"));
+  own.push_back(text("codes", {"trained", "random"},
+                     "trained, or random codes into random books of the given bits, whatever `rate` says: nothing of the volume is seen, to "
+                     "time decoders"));
+  own.push_back(integer("seed", "1", 0, 1000000, "of init=random and codes=random"));
   return own;
 }
 
@@ -68,6 +71,7 @@ EncoderSettings common_settings(const Parameters& parameters) {
                                                       {"scalar", Initialisation::kScalar},
                                                       {"pnn", Initialisation::kPnn}});
   options.best = parameters.text("effort") == "best";
+  options.random_codes = parameters.text("codes") == "random";
   options.seed = static_cast<std::uint64_t>(parameters.integer("seed"));
   settings.edge = static_cast<std::uint32_t>(parameters.integer("edge"));
   settings.zero =

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -70,8 +71,8 @@ Expected<void> ScalarRenderer::Impl::upload() {
   if (auto done = allocations.upload(samples.buffers, frame.encoding); !done) return done;
   const volumes::Extent& e = info.extent;
   const std::uint64_t largest_slice = std::max({e.x * e.y, e.x * e.z, e.y * e.z});
-  const std::uint64_t slices = std::clamp<std::uint64_t>(options.cache_bytes / (4 * largest_slice), kAround + 1,
-                                                         std::max<std::uint64_t>(kAround + 1, std::max({e.x, e.y, e.z})));
+  const std::uint64_t slices = std::clamp<std::uint64_t>(std::bit_floor(options.cache_bytes / (4 * largest_slice)), kAround + 1,
+                                                         std::max<std::uint64_t>(kAround + 1, std::bit_ceil(std::max({e.x, e.y, e.z}))));
   frame.ring_slices = static_cast<std::uint32_t>(slices);
   const struct {
     DeviceBuffer& buffer;
@@ -136,13 +137,13 @@ void ScalarRenderer::Impl::describe_camera(const Camera& camera) {
 
 /// Slices [first, last) in the view's order, in as many dispatches as the device asks for.
 void ScalarRenderer::Impl::decode_slices(std::uint32_t first, std::uint32_t last) {
-  const std::uint64_t area = std::uint64_t{frame.slices[0]} * frame.slices[1];
-  const auto at_a_time = static_cast<std::uint32_t>(kGroup * std::uint64_t{device.limits().groups} / area);
+  const std::uint64_t runs = std::uint64_t{(frame.slices[0] + 3) / 4} * frame.slices[1];
+  const auto at_a_time = static_cast<std::uint32_t>(kGroup * std::uint64_t{device.limits().groups} / runs);
   const std::uint32_t count = frame.slices[2];
   for (std::uint32_t from = first; from < last; from += std::min(at_a_time, last - from)) {
     const std::uint32_t to = from + std::min(at_a_time, last - from);
     const std::uint32_t begin = frame.backwards != 0 ? count - to : from;
-    commands.dispatch(*decode, groups(area * (to - from)), {begin, begin + (to - from), 0, 0});
+    commands.dispatch(*decode, groups(runs * (to - from)), {begin, begin + (to - from), 0, 0});
   }
 }
 
@@ -159,7 +160,7 @@ void ScalarRenderer::Impl::composite_slabs(std::uint32_t first, std::uint32_t la
 /// Slab m lies between slices m and m + 1 and needs m - 1 to m + 2, in the view's order.
 std::uint64_t ScalarRenderer::Impl::draw_from_ring(std::uint32_t first, std::uint32_t last) {
   const std::uint32_t count = frame.slices[2];
-  const std::uint32_t batch = frame.ring_slices - kAround;
+  const std::uint32_t batch = frame.ring_slices >= count ? count : frame.ring_slices - kAround;
   std::uint32_t have = first > 0 ? first - 1 : 0;
   const std::uint32_t begin = have;
   for (std::uint32_t slab = first; slab < last; slab += std::min(batch, last - slab)) {

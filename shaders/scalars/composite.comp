@@ -13,7 +13,7 @@ float cvr_value(ivec3 voxel) {
   uvec3 at = uvec3(clamp(voxel, ivec3(0), last));
 #ifdef CVR_FROM_RING
   uint row = cvr_frame.slices[0];
-  return Floats(cvr_frame.ring).f[at.x + row * (at.y + cvr_frame.slices[1] * (at.z % cvr_frame.ring_slices))];
+  return Floats(cvr_frame.ring).f[at.x + row * (at.y + cvr_frame.slices[1] * (at.z & (cvr_frame.ring_slices - 1u)))];
 #else
   return cvr_offset_sample(cvr_voxel(at.x, at.y, at.z));
 #endif

@@ -11,7 +11,7 @@
   uint backwards;        // 1: the view meets the last slice first
   uint width;
   uint height;
-  uint ring_slices;
+  uint ring_slices;      // a power of two
   uint samples;          // planes a slab between two slices
   float eye[3];          // in slice space
   float towards[3];      // direction of the picture's centre

@@ -15,3 +15,9 @@ CVR_FUNC float cvr_sample(uvec3 voxel) {
 #endif
 #endif
 }
+
+vec4 cvr_samples(uvec3 voxel) {
+  uint last = cvr_extent().x - 1u;
+  return vec4(cvr_sample(voxel), cvr_sample(uvec3(min(voxel.x + 1u, last), voxel.yz)), cvr_sample(uvec3(min(voxel.x + 2u, last), voxel.yz)),
+              cvr_sample(uvec3(min(voxel.x + 3u, last), voxel.yz)));
+}

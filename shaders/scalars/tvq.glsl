@@ -23,7 +23,14 @@ TvqRow cvr_row_of(uint part) {
 #endif
 }
 
-float cvr_sample(uvec3 voxel) {
+// Where a voxel lies: the row of its sub-volume, the number of its block there, and its number in the block.
+struct TvqPlace {
+  TvqRow row;
+  uint64_t block;
+  uint i;
+};
+
+TvqPlace cvr_place_of(uvec3 voxel) {
   uvec3 inside = voxel;
   uvec3 extent = cvr_extent();
   uint part = 0u;
@@ -37,9 +44,14 @@ float cvr_sample(uvec3 voxel) {
 #endif
   uvec2 blocks = (extent.xy + 3u) >> 2;
   uvec3 block = inside >> 2;
-  uint64_t n = uint64_t(block.x) + uint64_t(blocks.x) * (uint64_t(block.y) + uint64_t(blocks.y) * uint64_t(block.z));
-  uint i = (inside.x & 3u) + 4u * (inside.y & 3u) + 16u * (inside.z & 3u);
-  int sum = cvr_tvq_sum(CVR_BUFFER(0), cvr_row_of(part), n, i, uint(CVR_TVQ_READ));
+  TvqPlace place;
+  place.row = cvr_row_of(part);
+  place.block = uint64_t(block.x) + uint64_t(blocks.x) * (uint64_t(block.y) + uint64_t(blocks.y) * uint64_t(block.z));
+  place.i = (inside.x & 3u) + 4u * (inside.y & 3u) + 16u * (inside.z & 3u);
+  return place;
+}
+
+float cvr_scalar_of(int sum) {
   TvqDomain domain = TvqDomain(uint(CVR_TVQ_FRACTION), int(CVR_TVQ_ZERO), int(CVR_TVQ_LOW), int(CVR_TVQ_HIGH),
                                uintBitsToFloat(uint(CVR_TVQ_OFFSET)), uintBitsToFloat(uint(CVR_TVQ_STEP_A)),
                                uintBitsToFloat(uint(CVR_TVQ_STEP_B)));
@@ -48,4 +60,15 @@ float cvr_sample(uvec3 voxel) {
 #else
   return float(cvr_tvq_integer(domain, sum));
 #endif
+}
+
+float cvr_sample(uvec3 voxel) {
+  TvqPlace place = cvr_place_of(voxel);
+  return cvr_scalar_of(cvr_tvq_sum(CVR_BUFFER(0), place.row, place.block, place.i, uint(CVR_TVQ_READ)));
+}
+
+vec4 cvr_samples(uvec3 voxel) {
+  TvqPlace place = cvr_place_of(voxel);
+  TvqRun run = cvr_tvq_run(CVR_BUFFER(0), place.row, place.block, place.i >> 2, uint(CVR_TVQ_READ));
+  return vec4(cvr_scalar_of(run.sum[0]), cvr_scalar_of(run.sum[1]), cvr_scalar_of(run.sum[2]), cvr_scalar_of(run.sum[3]));
 }

@@ -58,20 +58,31 @@ CVR_FUNC TvqRow cvr_tvq_row(Words words, uint at) {
   return row;
 }
 
+// Entry i of a book, 8 or 16 bits.
 CVR_FUNC int cvr_tvq_entry(Words words, uint first, uint i, bool wide) {
   if (wide) return int(cvr_read(words, first + (i >> 1)) << (16u - 16u * (i & 1u))) >> 16;
   return int(cvr_read(words, first + (i >> 2)) << (24u - 8u * (i & 3u))) >> 24;
 }
 
-// The sum of voxel i = x + 4y + 16z of block n of a sub-volume, from DC and the first `books` books.
-CVR_FUNC int cvr_tvq_sum(Words words, TvqRow row, uint64_t n, uint i, uint books) {
+// The codes of block n of a sub-volume, the DC code lowest.
+CVR_FUNC uint64_t cvr_tvq_record(Words words, TvqRow row, uint64_t n) {
   uint64_t bit = n * uint64_t(row.record_bits);
   uint word = row.records + uint(bit >> 5);
   uint shift = uint(bit) & 31u;
   uint64_t record = 0u;
   if (row.record_bits > 0u) record = cvr_word64(words, word) >> shift;
   if (shift + row.record_bits > 64u) record |= uint64_t(cvr_read(words, word + 2u)) << (64u - shift);
-  int sum = int(row.dc_base) + int((uint(record) & ((1u << row.dc_bits) - 1u)) * row.dc_step);
+  return record;
+}
+
+CVR_FUNC int cvr_tvq_dc(TvqRow row, uint64_t record) {
+  return int(row.dc_base) + int((uint(record) & ((1u << row.dc_bits) - 1u)) * row.dc_step);
+}
+
+// The sum of voxel i = x + 4y + 16z of block n of a sub-volume, from DC and the first `books` books.
+CVR_FUNC int cvr_tvq_sum(Words words, TvqRow row, uint64_t n, uint i, uint books) {
+  uint64_t record = cvr_tvq_record(words, row, n);
+  int sum = cvr_tvq_dc(row, record);
   record >>= row.dc_bits;
   CVR_UNROLL for (uint p = 0u; p < CVR_TVQ_BOOKS; ++p) {
     uint code = uint(record) & ((1u << row.bits[p]) - 1u);
@@ -82,6 +93,42 @@ CVR_FUNC int cvr_tvq_sum(Words words, TvqRow row, uint64_t n, uint i, uint books
     }
   }
   return sum;
+}
+
+// The sums of the four voxels 4j to 4j + 3 of a block, side by side along x: entries of 8 bits are one word a book.
+struct TvqRun {
+  int sum[4];
+};
+CVR_FUNC TvqRun cvr_tvq_run(Words words, TvqRow row, uint64_t n, uint j, uint books) {
+  uint64_t record = cvr_tvq_record(words, row, n);
+  TvqRun run;
+  CVR_UNROLL for (uint x = 0u; x < 4u; ++x) run.sum[x] = cvr_tvq_dc(row, record);
+  record >>= row.dc_bits;
+  CVR_UNROLL for (uint p = 0u; p < CVR_TVQ_BOOKS; ++p) {
+    uint code = uint(record) & ((1u << row.bits[p]) - 1u);
+    record >>= row.bits[p];
+    if (p < books && (row.flags[p] & 4u) == 0u) {
+      bool octants = (row.flags[p] & 2u) != 0u;
+      uint low;   // entries 0 and 1, or all four
+      uint high;  // entries 2 and 3
+      bool wide = (row.flags[p] & 1u) != 0u;
+      uint entry = octants ? code * 8u + 2u * ((j >> 1) & 1u) + 4u * (j >> 3) : code * 64u + 4u * j;
+      low = cvr_read(words, row.first[p] + (wide ? entry >> 1 : entry >> 2));
+      high = wide && !octants ? cvr_read(words, row.first[p] + (entry >> 1) + 1u) : low;
+      CVR_UNROLL for (uint x = 0u; x < 4u; ++x) {
+        int value;
+        if (wide) {
+          uint half_ = octants ? x >> 1 : x & 1u;
+          value = int((x < 2u ? low : high) << (16u - 16u * half_)) >> 16;
+        } else {
+          uint quarter = octants ? (entry & 3u) + (x >> 1) : x;
+          value = int(low << (24u - 8u * quarter)) >> 24;
+        }
+        run.sum[x] += value * int(row.scale[p]);
+      }
+    }
+  }
+  return run;
 }
 
 CVR_FUNC int cvr_tvq_integer(TvqDomain domain, int sum) {
