@@ -48,7 +48,7 @@ struct Traits {
   std::string_view family;       ///< "general", "neuroglancer", "compresso", "csgv", "csgvr"
   std::string_view summary;      ///< one line for lists
   bool lossless;
-  std::vector<VoxelType> types;  ///< accepted voxel types
+  std::span<const VoxelType> types;  ///< accepted voxel types
   Granularity access;
   bool levels_of_detail;         ///< decodes coarser levels without the finer ones
   bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too

@@ -29,6 +29,10 @@ enum class VolumeKind : std::uint8_t {
 inline constexpr std::array kVoxelTypes{VoxelType::kU8,  VoxelType::kU16, VoxelType::kU32,
                                         VoxelType::kU64, VoxelType::kI16, VoxelType::kF32};
 
+/// Those that labels may have, and those of scalars.
+inline constexpr std::array kLabelTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64};
+inline constexpr std::array kScalarTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32};
+
 /// Bytes a voxel.
 std::size_t size_of(VoxelType type);
 /// "u8", "u16", "u32", "u64", "i16", "f32".

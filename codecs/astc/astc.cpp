@@ -142,7 +142,7 @@ class AstcCodec final : public scalar_blocks::ScalarBlocksCodec {
                                 .family = "astc",
                                 .summary = "ASTC by astcenc, the texture format: blocks of 3x3x3 to 6x6x6 in 128 bits",
                                 .lossless = false,
-                                .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32},
+                                .types = volumes::kScalarTypes,
                                 .access = Granularity::kBlock,
                                 .levels_of_detail = false,
                                 .stored_compressed = false};

@@ -188,7 +188,7 @@ class Bc4Codec final : public scalar_blocks::ScalarBlocksCodec {
                                 .family = "bc4",
                                 .summary = "BC4, the texture format: slices in blocks of 4x4 at 4 bits a voxel",
                                 .lossless = false,
-                                .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32},
+                                .types = volumes::kScalarTypes,
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = false,
                                 .stored_compressed = false};

@@ -45,7 +45,7 @@ Traits compresso_traits(std::string_view id, std::string_view summary, bool stor
           .family = "compresso",
           .summary = summary,
           .lossless = true,
-          .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64},
+          .types = volumes::kLabelTypes,
           .access = Granularity::kVolume,
           .levels_of_detail = false,
           .stored_compressed = stored_compressed};

@@ -209,7 +209,7 @@ Traits brick_traits(std::string_view id, std::string_view family, std::string_vi
           .family = family,
           .summary = summary,
           .lossless = true,
-          .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64},
+          .types = volumes::kLabelTypes,
           .access = access,
           .levels_of_detail = true,
           .stored_compressed = false,

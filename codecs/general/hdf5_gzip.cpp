@@ -223,7 +223,7 @@ class Hdf5GzipCodec final : public Codec {
                                 .family = "general",
                                 .summary = "an HDF5 file image, chunked, gzip",
                                 .lossless = true,
-                                .types = {volumes::kVoxelTypes.begin(), volumes::kVoxelTypes.end()},
+                                .types = volumes::kVoxelTypes,
                                 .access = Granularity::kBlock,
                                 .levels_of_detail = false,
                                 .stored_compressed = false};

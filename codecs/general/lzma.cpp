@@ -34,7 +34,7 @@ class LzmaCodec final : public Codec {
                                 .family = "general",
                                 .summary = "the voxels in one xz container",
                                 .lossless = true,
-                                .types = {volumes::kVoxelTypes.begin(), volumes::kVoxelTypes.end()},
+                                .types = volumes::kVoxelTypes,
                                 .access = Granularity::kVolume,
                                 .levels_of_detail = false,
                                 .stored_compressed = false};

@@ -79,7 +79,7 @@ class ZstdCodec final : public Codec {
                                 .family = "general",
                                 .summary = "the voxels as one zstd frame",
                                 .lossless = true,
-                                .types = {volumes::kVoxelTypes.begin(), volumes::kVoxelTypes.end()},
+                                .types = volumes::kVoxelTypes,
                                 .access = Granularity::kVolume,
                                 .levels_of_detail = false,
                                 .stored_compressed = false};

@@ -124,7 +124,7 @@ class NeuroglancerCodec final : public Codec {
                                 .family = "neuroglancer",
                                 .summary = "chunks of Neuroglancer's compressed_segmentation",
                                 .lossless = true,
-                                .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64},
+                                .types = volumes::kLabelTypes,
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = true,
                                 .stored_compressed = true,

@@ -63,7 +63,7 @@ class RawCodec final : public Codec {
                                 .family = "general",
                                 .summary = "the voxels as they are",
                                 .lossless = true,
-                                .types = {volumes::kVoxelTypes.begin(), volumes::kVoxelTypes.end()},
+                                .types = volumes::kVoxelTypes,
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = false,
                                 .stored_compressed = false,

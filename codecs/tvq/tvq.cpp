@@ -8,8 +8,6 @@ namespace {
 
 using namespace tvq;
 
-const std::vector<VoxelType> kTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32};
-
 ParameterSpec integer(std::string_view name, std::string_view value, std::int64_t minimum, std::int64_t maximum,
                       std::string_view description) {
   return {.name = name,
@@ -89,7 +87,7 @@ class BlockCodec : public Codec {
                 .family = "tvq",
                 .summary = summary,
                 .lossless = false,
-                .types = kTypes,
+                .types = volumes::kScalarTypes,
                 .access = Granularity::kVoxel,
                 .levels_of_detail = false,
                 .stored_compressed = false,

@@ -165,7 +165,7 @@ class ZfpCodec final : public scalar_blocks::ScalarBlocksCodec {
                                 .family = "zfp",
                                 .summary = "zfp by libzfp: transformed blocks of 4x4x4, fixed rate or fixed accuracy",
                                 .lossless = false,
-                                .types = {VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32},
+                                .types = volumes::kScalarTypes,
                                 .access = Granularity::kBlock,
                                 .levels_of_detail = false,
                                 .stored_compressed = false};

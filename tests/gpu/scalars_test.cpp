@@ -78,7 +78,7 @@ void expect_pictures(const Volume& volume, const Scene& scene, const Camera& cam
 }
 
 TEST(Scalars, EveryTypeIsDrawn) {
-  for (const VoxelType type : {VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32})
+  for (const VoxelType type : volumes::kScalarTypes)
     expect_pictures(blobs({19, 14, 23}, type), scalar_scene(), corner_view(), std::string(name_of(type)));
 }
 
@@ -139,7 +139,7 @@ TEST(Scalars, EveryCodecDrawsWhatItDecodes) {
   unsigned pictures = 0;
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     if (!codec->traits().gpu_scalars) continue;
-    for (const VoxelType type : {VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32}) {
+    for (const VoxelType type : volumes::kScalarTypes) {
       const Volume volume = blobs({22, 17, 30}, type);
       if (!codecs::accepts(codec->traits(), volume.info())) continue;
       const auto parameters = codecs::Parameters::parse(codec->parameters(), {}).value();

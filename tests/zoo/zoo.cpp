@@ -57,7 +57,7 @@ Specimen scalars(std::string name, const Extent& extent, VoxelType type,
 }
 
 void add_shapes(std::vector<Specimen>& zoo) {
-  for (const VoxelType type : {VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64}) {
+  for (const VoxelType type : volumes::kLabelTypes) {
     zoo.push_back(
         labels("one_voxel_" + std::string(name_of(type)), {1, 1, 1}, type, [](auto&) { return 200; }));
     const Extent blobs{24, 35, 29};

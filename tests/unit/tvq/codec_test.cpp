@@ -1,6 +1,8 @@
 // The codecs vq, hvq and tvq from voxels to voxels: what they promise, and the hard cases.
+#include <algorithm>
 #include <cfloat>
 
+#include "codecs/tvq/format.hpp"
 #include "shaders/shared/shared.hpp"
 #include "tests/unit/tvq/coded.hpp"
 
@@ -237,6 +239,52 @@ TEST(BlockCodecs, TakeTheRateThatIsAskedFor) {
         if (how != "alloc=operational") continue;
         EXPECT_LT(coded.decoder->recorded_error()->mean_squared, last) << id << ' ' << rate;
         last = coded.decoder->recorded_error()->mean_squared;
+      }
+    }
+  }
+}
+
+TEST(BlockCodecs, RandomCodesFillTheirBooksAndDecode) {
+  const Volume bytes = rings_u8({64, 48, 40});
+  for (const std::string_view id : kIds) {
+    const std::vector<std::string> random{"codes=random", id == "tvq" ? "bits=8,8,8" : "rate=0"};
+    const Coded coded = code(id, bytes, random);
+    EXPECT_EQ(coded.decoder->recorded_error()->largest, error_of<std::uint8_t>(bytes, coded.decoded).largest) << id;
+    const auto voxels = coded.decoded.voxels<std::uint8_t>();
+    const auto [least, most] = std::ranges::minmax_element(voxels);
+    EXPECT_GT(*most - *least, 120) << id;
+    expect_single_voxels_agree<std::uint8_t>(coded);
+    // As many codes as the same books trained would have, and others by another seed.
+    const Coded trained = code(id, bytes, {"rate=0"}), other = code(id, bytes, {random[0], random[1], "seed=2"});
+    if (id != "vq") {
+      EXPECT_EQ(coded.file.breakdown[ByteClass::kOperations], trained.file.breakdown[ByteClass::kOperations]) << id;
+    }
+    EXPECT_FALSE(same_voxels(coded.decoded, other.decoded)) << id;
+  }
+}
+
+/// A device that decodes slices reads four voxels at a time.
+TEST(BlockCodecs, RunsOfFourAgreeWithSingleVoxels) {
+  const Extent extent{20, 12, 8}, blocks{5, 3, 2};
+  const Volume bytes = rings_u8(extent), floats = make_scalars<float>(extent, VoxelType::kF32, [](const Coordinate& c) {
+    return static_cast<float>(rings(c));
+  });
+  for (const std::string_view id : kIds) {
+    for (const Volume* volume : {&bytes, &floats}) {
+      const Coded coded = code(id, *volume, {"rate=4000"});
+      const ProgressiveAccess* steps = coded.decoder->progressive_access();
+      const auto samples = coded.decoder->gpu_samples(steps == nullptr ? 0 : steps->steps() - 1);
+      ASSERT_TRUE(samples) << samples.error().message;
+      std::vector<std::uint32_t> copy(samples->buffers[0].bytes.size() / 4);
+      std::memcpy(copy.data(), samples->buffers[0].bytes.data(), 4 * copy.size());
+      const shaders::Words words{copy.data()};
+      const shaders::TvqRow row = shaders::cvr_tvq_row(words, 0);
+      for (std::uint32_t books = 0; books <= kMaxBooks; ++books) {
+        for (std::uint64_t n = 0; n < blocks.voxels(); ++n) {
+          for (std::uint32_t i = 0; i < kBlockVoxels; ++i) {
+            ASSERT_EQ(shaders::cvr_tvq_run(words, row, n, i / 4, books).sum[i % 4], shaders::cvr_tvq_sum(words, row, n, i, books)) << id << ' ' << i;
+          }
+        }
       }
     }
   }
