@@ -36,6 +36,7 @@ VolumeInfo level_info(const VolumeInfo& finest, unsigned lod) {
   VolumeInfo info = finest;
   info.extent = level_extent(finest.extent, lod);
   for (double& size : info.voxel_size) size *= static_cast<double>(std::uint64_t{1} << lod);
+  if (finest.step_extent().z % (std::uint64_t{1} << lod) != 0) info.time_steps = 1;
   return info;
 }
 

@@ -184,7 +184,7 @@ class Codec {
 
 /// Extent of level `lod`: ceil(extent / 2^lod), at least 1 an axis.
 Extent level_extent(const Extent& finest, unsigned lod);
-/// Info of the decoded level: extent shrunk, voxel size grown.
+/// Info of the decoded level: extent shrunk, voxel size grown. A level whose cells lie in two time steps has no steps any more.
 VolumeInfo level_info(const VolumeInfo& finest, unsigned lod);
 
 }  // namespace cvr::codecs

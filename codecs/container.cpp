@@ -13,7 +13,8 @@ namespace cvr::codecs {
 namespace {
 
 constexpr std::string_view kMagic = "CVRBENCH";
-constexpr std::uint32_t kContainerVersion = 1;
+/// A series has a version of its own, so that a single volume's bytes are what they were before there were series.
+constexpr std::uint32_t kVolumeVersion = 1, kSeriesVersion = 2;
 constexpr std::size_t kAlignment = 8;  // of header and payload: decoders read words in place
 constexpr std::size_t kHeaderHashOffset = 32;
 constexpr std::size_t kFixedHeaderBytes = 96;
@@ -32,7 +33,7 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
   const Buffer& payload = encoded.bytes;
   ByteWriter out;
   out.text(kMagic);
-  out.put(kContainerVersion);
+  out.put(info.time_steps > 1 ? kSeriesVersion : kVolumeVersion);
   const std::size_t size_at = out.size();
   out.put(std::uint32_t{0});
   out.put(static_cast<std::uint64_t>(payload.size()));
@@ -44,6 +45,7 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
   out.put(std::uint16_t{0});
   for (const std::uint64_t n : {info.extent.x, info.extent.y, info.extent.z}) out.put(n);
   for (const double size : info.voxel_size) out.put(size);
+  if (info.time_steps > 1) out.put(info.time_steps);
   const std::string canonical = parameters.canonical();
   for (const std::string_view text : {codec.traits().id, std::string_view(canonical), std::string_view(info.voxel_unit)}) {
     out.put(narrow<std::uint16_t>(text.size()));
@@ -68,6 +70,9 @@ Expected<void> check_encodable(const Codec& codec, const VolumeInfo& info) {
   if (e.x == 0 || e.y == 0 || e.z == 0) return fail(ErrorCode::kBadArgument, "the volume is empty: " + to_string(e));
   if (e.x > kMaxAxis || e.y > kMaxAxis || e.z > kMaxAxis || e.x > kMaxVoxels / e.y || e.x * e.y > kMaxVoxels / e.z) {
     return fail(ErrorCode::kTooLarge, "the volume exceeds 2^40 voxels an axis or 2^50 voxels: " + to_string(e));
+  }
+  if (info.time_steps == 0 || e.z % info.time_steps != 0) {
+    return fail(ErrorCode::kBadArgument, fmt::format("expected time steps that divide {} planes, found {}", e.z, info.time_steps));
   }
   return {};
 }
@@ -118,9 +123,9 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   }
   if (in.text(kMagic.size()) != kMagic) return fail(ErrorCode::kMalformed, "offset 0: expected the magic 'CVRBENCH'");
   const auto container_version = in.get<std::uint32_t>();
-  if (container_version != kContainerVersion) {
-    return fail(ErrorCode::kUnsupported,
-                fmt::format("offset 8: expected container version {}, found {}", kContainerVersion, container_version));
+  if (container_version != kVolumeVersion && container_version != kSeriesVersion) {
+    return fail(ErrorCode::kUnsupported, fmt::format("offset 8: expected container version {} or {}, found {}", kVolumeVersion,
+                                                     kSeriesVersion, container_version));
   }
   const auto header_size = in.get<std::uint32_t>();
   const auto payload_size = in.get<std::uint64_t>();
@@ -147,14 +152,18 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   VolumeInfo info;
   info.extent = {in.get<std::uint64_t>(), in.get<std::uint64_t>(), in.get<std::uint64_t>()};
   for (double& size : info.voxel_size) size = in.get<double>();
+  if (container_version == kSeriesVersion) {
+    info.time_steps = in.get<std::uint64_t>();
+    if (info.time_steps < 2) return fail(ErrorCode::kMalformed, fmt::format("offset 96: expected 2 or more time steps, found {}", info.time_steps));
+  }
   std::array<std::string, 3> texts;
   for (std::string& text : texts) {
     const auto length = in.get<std::uint16_t>();
     text = in.text(length);
   }
-  if (in.failed() || in.position() > header_size - kAccountBytes) return fail(ErrorCode::kMalformed, "offset 96: a string leaves the header");
+  if (in.failed() || in.position() > header_size - kAccountBytes) return fail(ErrorCode::kMalformed, "a string leaves the header");
   const Codec* codec = find_codec(texts[0]);
-  if (codec == nullptr) return fail(ErrorCode::kUnsupported, fmt::format("offset 98: unknown codec '{}'", texts[0]));
+  if (codec == nullptr) return fail(ErrorCode::kUnsupported, fmt::format("unknown codec '{}'", texts[0]));
   if (codec_version != codec->traits().version) {
     return fail(ErrorCode::kUnsupported, fmt::format("offset 40: expected version {} of {}, found {}",
                                                      codec->traits().version, texts[0], codec_version));

@@ -2,7 +2,7 @@
 //
 // Layout, little endian, packed:
 //   0   8 bytes  magic "CVRBENCH"
-//   8   u32      container version (1)
+//   8   u32      container version: 1, of a series 2
 //   12  u32      header size H in bytes: where the payload starts
 //   16  u64      payload size P; the file is H + P bytes long
 //   24  u64      XXH3-64 of the payload
@@ -11,7 +11,8 @@
 //   44  u8 u8 u16  voxel type, volume kind, zero
 //   48  3 x u64  extent x, y, z
 //   72  3 x f64  voxel size x, y, z
-//   96  three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up to a multiple of 8
+//       u64      of version 2 alone: time steps, 2 or more, which divide extent z
+//   96  (of version 2: 104) three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up to a multiple of 8
 //   H-80  u64      published bytes (see Payload)
 //   H-72  9 x u64  the breakdown in the order of ByteClass; the whole header counts as kHeader; sums to H + P
 #pragma once

@@ -72,7 +72,7 @@ Dataset read_dataset(const std::string& name, const YamlValue& value) {
          d.full_extent = d.extent;
        },
        true},
-      {"steps", [](const YamlValue& v) { v.integer(1, UINT64_MAX); }},
+      {"steps", [&](const YamlValue& v) { d.time_steps = v.integer(1, UINT64_MAX); }},
       {"voxel_size",
        [](const YamlValue& v) {
          const auto sizes = v.list("three sizes");
@@ -104,6 +104,7 @@ Dataset read_dataset(const std::string& name, const YamlValue& value) {
   });
   if (!choice.kind.empty() && d.generator) value.expected("either generator or stand_in");
   if (!choice.kind.empty()) d.generator = choice;
+  if (d.generator && d.time_steps > 1) d.generator->parameters["steps"] = static_cast<double>(d.time_steps);
   if (d.file.empty() == choice.kind.empty())
     value.expected("either a file (with or without a stand_in) or a generator");
   return d;

@@ -88,8 +88,9 @@ Dataset read_generated(const YamlValue& value) {
             choice.parameters[name.text()] = number.number(-1e300, 1e300);
         }}});
   try {
-    dataset.type =
-        volumes::make_generator(choice.kind, {1, 1, 1}, choice.seed, choice.parameters, 1)->info().type;
+    const auto source = volumes::make_generator(choice.kind, {1, 1, 1}, choice.seed, choice.parameters, 1);
+    dataset.type = source->info().type;
+    dataset.time_steps = source->info().time_steps;
   } catch (const InputError& error) {
     value.reject(error.what());
   }

@@ -161,11 +161,15 @@ Location locate_file(const Dataset& dataset, const std::string& path) {
     Location location;
     location.path = path;
     location.info = volumes::open_volume(path, dataset.kind)->info();
-    if (location.info.extent != dataset.extent || location.info.type != dataset.type) {
-      return missing(fmt::format("{} holds {} {}, its description says {} {}", path,
-                                 to_string(location.info.extent), name_of(location.info.type),
-                                 to_string(dataset.extent), name_of(dataset.type)));
-    }
+    const auto shape = [](const Extent& step, std::uint64_t steps, volumes::VoxelType type) {
+      return fmt::format("{}{} {}", to_string(step), steps == 1 ? "" : fmt::format(" in {} time steps", steps),
+                         name_of(type));
+    };
+    const VolumeInfo& info = location.info;
+    const std::string found = shape(info.step_extent(), info.time_steps, info.type);
+    const std::string described = shape(dataset.extent, dataset.time_steps, dataset.type);
+    if (found != described)
+      return missing(fmt::format("{} holds {}, its description says {}", path, found, described));
     location.info.kind = dataset.kind;
     location.identity =
         identify(fmt::format("{} {} {}", hash, path.substr(file.size()), name_of(dataset.kind)));
@@ -183,6 +187,7 @@ class ExchangedSource final : public VolumeSource {
  public:
   explicit ExchangedSource(const VolumeSource& source) : volume_(volumes::read_all(source)) {
     volume_.info().extent = exchange(volume_.extent());
+    volume_.info().time_steps = 1;
   }
   const VolumeInfo& info() const override { return volume_.info(); }
   void read(const Box& box, std::byte* out) const override { volumes::MemorySource(volume_).read(box, out); }
@@ -241,6 +246,7 @@ Location locate(const Dataset& dataset, const Places& places) {
   if (!location.present || !dataset.exchange_axes) return location;
   location.exchanged = true;
   location.info.extent = exchange(location.info.extent);
+  location.info.time_steps = 1;  // what was time lies along x now
   location.identity = identify("exchanged axes " + location.identity);
   location.label = location.label.empty() ? "misread (axes exchanged on purpose)"
                                           : location.label + ", axes exchanged on purpose";
@@ -255,7 +261,7 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
     return std::make_unique<ExchangedSource>(*open_location(in_order, threads));
   }
   if (!location.path.empty()) return volumes::open_volume(location.path, location.info.kind);
-  return volumes::make_generator(location.generator->kind, location.info.extent, location.generator->seed,
+  return volumes::make_generator(location.generator->kind, location.info.step_extent(), location.generator->seed,
                                  location.generator->parameters, threads);
 }
 

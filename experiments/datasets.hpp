@@ -28,9 +28,10 @@ struct Dataset {
   std::string name, title, citation, licence, origin;
   volumes::VolumeKind kind = volumes::VolumeKind::kLabels;
   volumes::VoxelType type = volumes::VoxelType::kU8;
-  volumes::Extent full_extent;  ///< of the original
+  volumes::Extent full_extent;  ///< of the original; of a series of one time step
   volumes::Extent
       extent;  ///< full_extent unless the configuration names another; times scale = generated_extent()
+  std::uint64_t time_steps = 1;
   std::uint64_t labels = 0;
   std::string file;     ///< empty if only generated; may begin with ${CVRBENCH_DATA}
   std::string package;  ///< the Debian package that the file comes from

@@ -12,7 +12,7 @@ namespace cvr::experiments {
 using volumes::VoxelType;
 
 ErrorSink::ErrorSink(const volumes::VolumeSource& truth, unsigned threads)
-    : truth_(truth), threads_(std::max(threads, 1u)), reader_(truth) {
+    : truth_(truth), threads_(std::max(threads, 1u)), reader_(truth), steps_(truth.info().time_steps) {
   if (truth.info().kind == volumes::VolumeKind::kScalars) edges_.emplace(truth, threads_);
   if (truth.info().type == VoxelType::kF32) relative_.resize(threads_);
 }
@@ -43,7 +43,20 @@ void ErrorSink::end(std::uint64_t z0, std::uint64_t z1) {
                                      relative_.empty() ? nullptr : &relative_[worker]);
     });
   });
-  for (const Sums& sums : planes) sums_.add(sums);
+  for (std::uint64_t z = z0; z < z1; ++z) {
+    sums_.add(planes[z - z0]);
+    steps_[z / info.step_extent().z].add(planes[z - z0]);
+  }
+}
+
+std::uint64_t ErrorSink::worst_step() const {
+  const auto error = [](const Sums& step) { return mean(step.squared, step.voxels); };
+  return static_cast<std::uint64_t>(std::ranges::max_element(steps_, {}, error) - steps_.begin());
+}
+
+std::optional<double> ErrorSink::worst_step_psnr() const {
+  const Sums& worst = steps_[worst_step()];
+  return psnr_of(mean(worst.squared, worst.voxels));
 }
 
 template <class T>
@@ -124,6 +137,11 @@ Row describe_errors(const ErrorSink& sink) {
   row["edge_psnr_db"] = finite_or_null(sink.edge_psnr());
   row["edge_voxels"] = sink.edge_voxels();
   row["non_finite_voxels"] = sink.non_finite();
+  if (sink.time_steps() > 1) {
+    row["time_steps"] = sink.time_steps();
+    row["worst_step"] = sink.worst_step();
+    row["worst_step_psnr_db"] = finite_or_null(sink.worst_step_psnr());
+  }
   if (sink.relative_error(0.5)) {
     Row& relative = row["relative_error"];
     relative["p50"] = finite_or_null(sink.relative_error(0.5));

@@ -3,9 +3,10 @@
 // Labels: mismatching voxels. Scalars also, over the finite voxels of the original: largest and mean absolute error, mean squared error,
 // the same over the edges (gradients.hpp), and PSNR = 10 log10(peak^2 / MSE) with peak 255 for u8 and else the range of the original.
 // PSNR has no value where the volumes are equal: `exact` says so instead. The range of f32 may be ruled by a few values, so errors
-// relative to the voxel are there too. Sums are made by planes, so that they do not depend on the number of threads.
+// relative to the voxel are there too. Of a series the worst time step is told too, by the same peak, since a mean hides one. Sums are made by planes, so that they do not depend on the number of threads.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -37,6 +38,10 @@ class ErrorSink final : public volumes::SlabSink {
   std::optional<double> edge_mean_squared_error() const;
   std::optional<double> psnr() const { return psnr_of(mean_squared_error()); }
   std::optional<double> edge_psnr() const;
+  std::uint64_t time_steps() const { return std::max<std::uint64_t>(steps_.size(), 1); }
+  /// The time step of the largest mean squared error, of equals the first; of scalars.
+  std::uint64_t worst_step() const;
+  std::optional<double> worst_step_psnr() const;
   /// |error| / |voxel|, over the finite voxels that are not 0, that `share` of them do not exceed, to 2^-10; of f32 alone.
   std::optional<double> relative_error(double share) const;
 
@@ -60,10 +65,12 @@ class ErrorSink final : public volumes::SlabSink {
   volumes::Buffer slab_;
   std::uint64_t compared_ = 0, mismatches_ = 0;
   Sums sums_;
+  std::vector<Sums> steps_;  ///< the same of each time step
 };
 
 /// The errors of a scalar volume by name: psnr_db (null where equal), exact, largest_error, mean_squared_error, mean_absolute_error,
-/// edge_mean_squared_error, edge_psnr_db, edge_voxels, non_finite_voxels, and of f32 relative_error {p50, p90, p99}.
+/// edge_mean_squared_error, edge_psnr_db, edge_voxels, non_finite_voxels, of f32 relative_error {p50, p90, p99}, and of a series
+/// time_steps, worst_step and worst_step_psnr_db.
 Row describe_errors(const ErrorSink& sink);
 
 /// JSON has no infinity: null says that there is no number.

@@ -23,7 +23,7 @@ void EdgeVoxels::each_gradient(std::uint64_t z, Take&& take) const {
   const std::uint64_t plane = e.x * e.y;
   volumes::with_voxel_type(info_.type, [&]<class T>() {
     const auto plane_at = [&](std::uint64_t at) { return reinterpret_cast<const T*>(planes_) + (at - first_plane_) * plane; };
-    const std::uint64_t below = z == 0 ? z : z - 1, above = std::min(z + 1, e.z - 1);
+    const std::uint64_t depth = info_.step_extent().z, below = z % depth == 0 ? z : z - 1, above = (z + 1) % depth == 0 ? z : z + 1;
     const T *here = plane_at(z), *low = plane_at(below), *high = plane_at(above);
     const auto slope = [](T before, T after, std::uint64_t distance) {
       return distance == 0 ? 0.0 : (static_cast<double>(after) - static_cast<double>(before)) / static_cast<double>(distance);

@@ -68,6 +68,7 @@ Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& proven
   if (location.present) {
     const volumes::VolumeInfo& info = location.info;
     dataset["extent"] = {info.extent.x, info.extent.y, info.extent.z};
+    if (info.time_steps > 1) dataset["time_steps"] = info.time_steps;
     dataset["type"] = name_of(info.type);
     dataset["kind"] = name_of(info.kind);
     dataset["voxels"] = info.extent.voxels();

@@ -1,7 +1,7 @@
 // What a volume is: extent, voxel type, kind, voxel size, and voxels in memory with x fastest.
 //
 // The voxel (x, y, z) lies at index x + X * (y + Y * z). Extents are written (X, Y, Z) everywhere; readers of formats with
-// another order (HDF5: z y x) exchange the axes at their own door.
+// another order (HDF5: z y x) exchange the axes at their own door. A series is one volume whose time steps are stacked along z.
 #pragma once
 
 #include <array>
@@ -75,7 +75,10 @@ struct VolumeInfo {
   VolumeKind kind = VolumeKind::kLabels;
   std::array<double, 3> voxel_size{1, 1, 1};  ///< along x, y, z, in voxel_unit
   std::string voxel_unit;                     ///< "nm", "um", "mm", ...; empty when unknown
+  std::uint64_t time_steps = 1;               ///< of a series, stacked along z; divides extent.z
 
+  /// Of one time step.
+  Extent step_extent() const { return {extent.x, extent.y, extent.z / time_steps}; }
   std::uint64_t bytes() const { return extent.voxels() * size_of(type); }
 };
 

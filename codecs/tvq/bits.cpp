@@ -80,8 +80,9 @@ double rough_distortion(const Candidate& candidate, unsigned bits, unsigned thre
 }  // namespace
 
 Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means, std::span<const Candidate> candidates,
-              double budget, const Options& options, unsigned threads) {
-  const double blocks = static_cast<double>(means.size()), voxels = blocks * kBlockVoxels;
+              double blocks, double budget, const Options& options, unsigned threads) {
+  const double voxels = blocks * kBlockVoxels;
+  const double each = blocks / static_cast<double>(means.size());  // blocks that one of the sample stands for
   const bool dc_free = scheme.dc && options.dc_bits == 0 && domain.type != VoxelType::kU8;
   Bits bits{!scheme.dc ? 0 : options.dc_bits != 0 ? options.dc_bits : 8, {}, 0, 0};
   std::uint64_t active = 1;
@@ -89,13 +90,13 @@ Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double
   const auto dc_distortion = [&](unsigned dc) { return voxels * dc_error(dc_lattice(domain, means, dc), domain); };
   const auto set_error = [&](double distortion) {
     bits.error = distortion / voxels;
-    bits.active_error = distortion / (static_cast<double>(active) * kBlockVoxels);
+    bits.active_error = distortion / (static_cast<double>(active) * each * kBlockVoxels);
   };
   if (options.rate <= 0) {
     double distortion = 0;
     for (unsigned p = 0; p < scheme.books; ++p) {
       bits.books[p] = options.bits[p];
-      distortion += rough_distortion(candidates[p], bits.books[p], threads);
+      distortion += each * rough_distortion(candidates[p], bits.books[p], threads);
     }
     set_error(distortion);
     if (dc_free) {
@@ -107,6 +108,7 @@ Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double
   std::vector<BitCurve> curves;
   for (const Candidate& c : candidates) {
     curves.push_back({0, distortion_curve(c, options, threads), {}});
+    for (double& d : curves.back().distortion) d *= each;
     set_error(bits.error * voxels + curves.back().distortion.back());
   }
   if (scheme.dc) {

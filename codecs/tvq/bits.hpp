@@ -23,8 +23,9 @@ struct Bits {
   double active_error = 0;  ///< the same over the blocks that have more than DC
 };
 
-/// By `options.rate`, or as `options.bits` gives them. `means`: of all blocks; `budget`: bits of planes and books together.
+/// By `options.rate`, or as `options.bits` gives them. `means` and `candidates`: of all blocks or of a sample that stands for `blocks`;
+/// `budget`: bits of the planes of all blocks and of the books together.
 Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means, std::span<const Candidate> candidates,
-              double budget, const Options& options, unsigned threads);
+              double blocks, double budget, const Options& options, unsigned threads);
 
 }  // namespace cvr::codecs::tvq

@@ -145,13 +145,6 @@ void drop_empty_cells(CodeVectors& book, const Cells& cells, std::uint32_t fixed
   book.resize(std::max(kept, std::uint32_t{1}));
 }
 
-std::uint64_t mix(std::uint64_t x) {  // splitmix64
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 CodeVectors random_codebook(const Vectors& vectors, std::uint32_t size, std::uint64_t seed) {
   std::vector<std::uint64_t> order(vectors.count);
   std::iota(order.begin(), order.end(), std::uint64_t{0});
@@ -274,6 +267,13 @@ CodeVectors pnn_codebook(const Vectors& vectors, std::uint32_t size) {
 }
 
 }  // namespace
+
+std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
 
 double squared_distance(const float* a, const float* b, unsigned dimensions) {
   double sum = 0;

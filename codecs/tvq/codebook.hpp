@@ -34,6 +34,9 @@ struct CodeVectors {
   void resize(std::uint32_t count) { values.resize(std::size_t{count} * dimensions); }
 };
 
+/// A well mixed number of each number (splitmix64): what is random here is so by its place and a seed.
+std::uint64_t mix(std::uint64_t x);
+
 double squared_distance(const float* a, const float* b, unsigned dimensions);
 
 /// codes[n] = the code vector nearest to vectors[n]; of equals the lowest. Compares |c|^2 / 2 - x c.

@@ -46,6 +46,7 @@ std::optional<std::vector<std::uint32_t>> make_image(const Scheme& scheme, const
   if (bytes.total() / 4 + encoding.parts.size() * (kRow + 8) > 0xfffffff0u) return std::nullopt;
   std::vector<std::uint32_t> words(encoding.parts.size() * kRow, 0);
   words.reserve(words.size() + bytes.total() / 4 + encoding.parts.size() * 8);
+  std::vector<std::array<std::uint32_t, kMaxBooks>> first_words;  // of the books of each set
   for (std::size_t s = 0; s < encoding.parts.size(); ++s) {
     const SubVolume& part = encoding.parts[s];
     std::array<std::uint32_t, kRow> row{};
@@ -53,15 +54,19 @@ std::optional<std::vector<std::uint32_t>> make_image(const Scheme& scheme, const
     row[3] = static_cast<std::uint32_t>(part.dc_base);
     row[4] = part.dc_step;
     unsigned record = part.dc_bits;
+    const std::size_t set = s % encoding.books.size();
+    const bool first_use = set == first_words.size();
+    if (first_use) first_words.emplace_back();
     for (unsigned p = 0; p < kMaxBooks; ++p) {
       std::uint32_t* entry = row.data() + 5 + 4 * p;
-      const Book& book = part.books[p];
+      const Book& book = encoding.books[set].books[p];
       if (p >= scheme.books || (book.size == 1 && scheme.zero_vectors())) {
         entry[3] = 4;
         continue;
       }
+      if (first_use) first_words[set][p] = append_book(words, book);
       entry[0] = book.bits();
-      entry[1] = append_book(words, book);
+      entry[1] = first_words[set][p];
       entry[2] = book.scale;
       entry[3] = (book.entry_bytes == 2 ? 1u : 0u) | (scheme.length[p] == 8 ? 2u : 0u);
       record += book.bits();
@@ -81,7 +86,7 @@ std::optional<std::vector<std::uint32_t>> make_image(const Scheme& scheme, const
     for (std::uint64_t b = 0; b < blocks && record > 0; ++b) {
       if (part.dc_bits > 0) put(part.dc[b], part.dc_bits);
       for (unsigned p = 0; p < scheme.books; ++p) {
-        if (!part.codes[p].empty()) put(part.codes[p][b], part.books[p].bits());
+        if (!part.codes[p].empty()) put(part.codes[p][b], encoding.books[set].books[p].bits());
       }
     }
     std::ranges::copy(row, words.begin() + static_cast<std::ptrdiff_t>(s * kRow));
@@ -158,20 +163,23 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
         info_(info),
         domain_(shader_domain(encoding.domain)),
         edge_(encoding.edge),
-        grid_(encoding.grid(info.extent)),
+        step_(info.step_extent()),
+        grid_(encoding.grid(step_)),
         error_(encoding.error),
         exceptions_(encoding.exceptions),
         exception_bits_(encoding.exception_bits),
         words_(std::move(words)),
         steps_(steps) {
     std::int64_t largest = 0;  // of any sum, with its rounding
-    for (const SubVolume& part : encoding.parts) {
+    for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
+      const SubVolume& part = encoding.parts[i];
       const std::int64_t first = part.dc_base, last = first + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
       std::int64_t sum = std::max(std::abs(first), std::abs(last));
       for (unsigned p = 0; p < scheme.books; ++p) {
+        const Book& book = encoding.books_of(i).books[p];
         int most = 0;
-        for (const std::int16_t entry : part.books[p].entries) most = std::max(most, std::abs(int{entry}));
-        sum += std::int64_t{most} * part.books[p].scale;
+        for (const std::int16_t entry : book.entries) most = std::max(most, std::abs(int{entry}));
+        sum += std::int64_t{most} * book.scale;
       }
       largest = std::max(largest, sum);
       blocks_.push_back(part.blocks);
@@ -193,16 +201,26 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   std::string_view step_name(unsigned step) const override { return scheme_.steps[step]; }
   std::uint64_t step_bytes(unsigned step) const override { return steps_[step]; }
 
-  /// With one sub-volume the row stands in constants: a device then reads the record and one entry a book.
+  /// With one sub-volume the row stands in constants: a device then reads the record and one entry a book. A device knows a stack of
+  /// cubes and no time: a series is refused (kUnsupported) unless its steps begin where such cubes do.
   Expected<GpuSamples> gpu_samples(unsigned step) const override {
     if (scheme_.dc ? step > scheme_.books : step != 0)
       return fail(ErrorCode::kBadArgument, fmt::format("step: expected 0..{}, found {}", scheme_.dc ? scheme_.books : 0, step));
     if (info_.extent.x > UINT32_MAX || info_.extent.y > UINT32_MAX || info_.extent.z > UINT32_MAX)
       return fail(ErrorCode::kUnsupported, "an axis exceeds 2^32 voxels");
+    const std::optional<std::uint32_t> edge = device_edge();
+    if (!edge) {
+      return fail(ErrorCode::kUnsupported,
+                  fmt::format("time steps of {} voxels with edge={}: a device finds sub-volumes where edges divide the depth of a step, or "
+                              "where that is a multiple of 4 and no step is wider or higher",
+                              to_string(step_), edge_));
+    }
     GpuSamples samples{.decoder = "tvq", .constants = {}, .buffers = {}};
-    const auto constant = [&](std::string name, std::uint32_t value) { samples.constants.emplace_back("CVR_TVQ_" + std::move(name), value); };
+    const auto constant = [&](std::string name, std::uint32_t value) {
+      samples.constants.emplace_back("CVR_TVQ_" + std::move(name), value);
+    };
     constant("READ", scheme_.dc ? step : scheme_.books);
-    constant("EDGE", edge_);
+    constant("EDGE", *edge);
     constant("FLOAT", info_.type == VoxelType::kF32 ? 1 : 0);
     constant("FRACTION", domain_.fraction);
     constant("ZERO", static_cast<std::uint32_t>(domain_.zero));
@@ -211,7 +229,7 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     constant("OFFSET", std::bit_cast<std::uint32_t>(domain_.offset));
     constant("STEP_A", std::bit_cast<std::uint32_t>(domain_.step_a));
     constant("STEP_B", std::bit_cast<std::uint32_t>(domain_.step_b));
-    for (std::uint32_t k = 0; edge_ == 0 && k < kRow; ++k) constant(fmt::format("ROW_{}", k), words_[k]);
+    for (std::uint32_t k = 0; *edge == 0 && k < kRow; ++k) constant(fmt::format("ROW_{}", k), words_[k]);
     samples.buffers.push_back({"blocks and books", std::as_bytes(std::span(words_)), nullptr});
     return samples;
   }
@@ -220,18 +238,18 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
 
   Expected<void> decode_step(unsigned step, unsigned threads, SlabSink& sink) const override {
     if (step > scheme_.books) return fail(ErrorCode::kBadArgument, fmt::format("step: expected 0..{}, found {}", scheme_.books, step));
-    const Extent& e = info_.extent;
-    const std::uint64_t rows = (e.y + kBlockEdge - 1) / kBlockEdge;
-    for (std::uint64_t z0 = 0; z0 < e.z;) {
-      const std::uint64_t z1 = std::min(e.z, z0 + std::max<std::uint64_t>(sink.preferred_depth() / kBlockEdge, 1) * kBlockEdge);
+    const std::uint64_t rows = (step_.y + kBlockEdge - 1) / kBlockEdge, layers = layers_of_step() * info_.time_steps;
+    for (std::uint64_t l0 = 0; l0 < layers;) {
+      const std::uint64_t z0 = layer(l0).z;
+      std::uint64_t l1 = l0 + 1;
+      while (l1 < layers && layer(l1).end() - z0 <= sink.preferred_depth()) ++l1;
+      const std::uint64_t z1 = layer(l1 - 1).end();
       std::byte* out = sink.begin(z0, z1);
-      const std::uint64_t layers = (z1 - z0 + kBlockEdge - 1) / kBlockEdge;
-      volumes::parallel_for(threads, layers * rows, [&](unsigned, std::uint64_t i) {
-        decode_row(z0, z1, z0 + i / rows * kBlockEdge, i % rows * kBlockEdge, step, out);
-      });
+      volumes::parallel_for(threads, (l1 - l0) * rows,
+                            [&](unsigned, std::uint64_t i) { decode_row(layer(l0 + i / rows), i % rows * kBlockEdge, z0, step, out); });
       restore_exceptions(z0, z1, reinterpret_cast<std::uint32_t*>(out));
       sink.end(z0, z1);
-      z0 = z1;
+      l0 = l1;
     }
     return {};
   }
@@ -241,11 +259,11 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     const shaders::Words words{words_.data()};
     for (std::size_t n = 0; n < points.size(); ++n) {
       const Coordinate& c = points[n];
-      Coordinate inside = c;
-      std::uint64_t part = 0;
+      Coordinate inside{c.x, c.y, c.z % step_.z};
+      std::uint64_t part = c.z / step_.z * grid_.voxels();
       if (edge_ > 0) {
-        part = grid_.index({c.x / edge_, c.y / edge_, c.z / edge_});
-        inside = {c.x % edge_, c.y % edge_, c.z % edge_};
+        part += grid_.index({inside.x / edge_, inside.y / edge_, inside.z / edge_});
+        inside = {inside.x % edge_, inside.y % edge_, inside.z % edge_};
       }
       const std::uint64_t block = blocks_[part].index({inside.x / kBlockEdge, inside.y / kBlockEdge, inside.z / kBlockEdge});
       const auto i = static_cast<std::uint32_t>((inside.x & 3) + 4 * (inside.y & 3) + 16 * (inside.z & 3));
@@ -267,12 +285,34 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   }
 
  private:
+  /// Up to four planes of a time step that blocks lie in.
+  struct Layer {
+    std::uint64_t step;
+    std::uint64_t in_step;  ///< the first plane, counted from that of its step
+    std::uint64_t z;        ///< the first plane, of the stack
+    std::uint64_t planes;
+    std::uint64_t end() const { return z + planes; }
+  };
+  std::uint64_t layers_of_step() const { return (step_.z + kBlockEdge - 1) / kBlockEdge; }
+  Layer layer(std::uint64_t i) const {
+    const std::uint64_t step = i / layers_of_step(), in_step = i % layers_of_step() * kBlockEdge;
+    return {step, in_step, step * step_.z + in_step, std::min<std::uint64_t>(kBlockEdge, step_.z - in_step)};
+  }
+
+  /// The edge of cubes that cut the whole stack into its sub-volumes; 0 where there is but one; none where cubes cannot.
+  std::optional<std::uint32_t> device_edge() const {
+    if (info_.time_steps == 1) return edge_;
+    if (edge_ > 0 && step_.z % edge_ == 0) return edge_;
+    const bool columns = grid_.voxels() == 1 && step_.z % kBlockEdge == 0 && step_.x <= step_.z && step_.y <= step_.z;
+    return columns ? std::optional(static_cast<std::uint32_t>(step_.z)) : std::nullopt;
+  }
+
   template <class T>
   void make_tables(const Encoding& encoding, std::vector<Table<T>>& tables) {
-    for (const SubVolume& part : encoding.parts) {
+    for (const BookSet& set : encoding.books) {
       Table<T>& table = tables.emplace_back();
       for (unsigned p = 0; p < scheme_.books; ++p) {
-        const Book& book = part.books[p];
+        const Book& book = set.books[p];
         table.books[p].resize(std::size_t{book.size} * kBlockVoxels);
         for (std::size_t i = 0; i < table.books[p].size(); ++i) {
           const std::size_t entry = scheme_.length[p] == 8 ? i / 64 * 8 + (i >> 1 & 1) + 2 * (i >> 3 & 1) + 4 * (i >> 5 & 1) : i;
@@ -282,32 +322,33 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     }
   }
 
-  void decode_row(std::uint64_t z0, std::uint64_t z1, std::uint64_t z, std::uint64_t y, unsigned step, std::byte* out) const {
+  void decode_row(const Layer& layer, std::uint64_t y, std::uint64_t z0, unsigned step, std::byte* out) const {
     switch (info_.type) {
       case VoxelType::kU16:
-        return decode_typed<std::int32_t, std::uint16_t>(wide_tables_, z0, z1, z, y, step, out);
+        return decode_typed<std::int32_t, std::uint16_t>(wide_tables_, layer, y, z0, step, out);
       case VoxelType::kI16:
-        return decode_typed<std::int32_t, std::int16_t>(wide_tables_, z0, z1, z, y, step, out);
+        return decode_typed<std::int32_t, std::int16_t>(wide_tables_, layer, y, z0, step, out);
       case VoxelType::kF32:
-        return decode_typed<std::int32_t, float>(wide_tables_, z0, z1, z, y, step, out);
+        return decode_typed<std::int32_t, float>(wide_tables_, layer, y, z0, step, out);
       default:
-        if (narrow_) return decode_typed<std::int16_t, std::uint8_t>(narrow_tables_, z0, z1, z, y, step, out);
-        return decode_typed<std::int32_t, std::uint8_t>(wide_tables_, z0, z1, z, y, step, out);
+        if (narrow_) return decode_typed<std::int16_t, std::uint8_t>(narrow_tables_, layer, y, z0, step, out);
+        return decode_typed<std::int32_t, std::uint8_t>(wide_tables_, layer, y, z0, step, out);
     }
   }
 
-  /// The blocks of one row along x that begin at (y, z); z0..z1 are the planes of `out`.
+  /// The blocks of one row along x that begin at y of a layer; z0 is the first plane of `out`.
   template <class S, class T>
-  void decode_typed(const std::vector<Table<S>>& tables, std::uint64_t z0, std::uint64_t z1, std::uint64_t z, std::uint64_t y,
-                    unsigned step, std::byte* out) const {
+  void decode_typed(const std::vector<Table<S>>& tables, const Layer& layer, std::uint64_t y, std::uint64_t z0, unsigned step,
+                    std::byte* out) const {
     static constexpr std::array<S, kBlockVoxels> kNothing{};
     const Extent& e = info_.extent;
     T* voxels = reinterpret_cast<T*>(out);
-    const std::uint64_t depth = std::min<std::uint64_t>(kBlockEdge, z1 - z), height = std::min<std::uint64_t>(kBlockEdge, e.y - y);
+    const std::uint64_t z = layer.z, depth = layer.planes, height = std::min<std::uint64_t>(kBlockEdge, e.y - y);
     for (std::uint64_t px = 0; px < grid_.x; ++px) {
-      const std::uint64_t part = edge_ == 0 ? 0 : grid_.index({px, y / edge_, z / edge_});
+      const std::uint64_t part = layer.step * grid_.voxels() + (edge_ == 0 ? 0 : grid_.index({px, y / edge_, layer.in_step / edge_}));
+      const Table<S>& table = tables[part % tables.size()];
       const std::uint32_t* row = words_.data() + part * kRow;
-      const std::uint64_t local_y = edge_ == 0 ? y : y % edge_, local_z = edge_ == 0 ? z : z % edge_;
+      const std::uint64_t local_y = edge_ == 0 ? y : y % edge_, local_z = edge_ == 0 ? layer.in_step : layer.in_step % edge_;
       const Extent& blocks = blocks_[part];
       std::uint64_t bit = std::uint64_t{row[0]} * 32 + blocks.index({0, local_y / kBlockEdge, local_z / kBlockEdge}) * row[1];
       const bool present[kMaxBooks] = {step > 0 && (row[8] & 4) == 0, step > 1 && (row[12] & 4) == 0, step > 2 && (row[16] & 4) == 0};
@@ -318,7 +359,7 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
         const S* entries[kMaxBooks];
         for (unsigned p = 0; p < kMaxBooks; ++p) {
           const std::uint32_t code = record.next(row[5 + 4 * p]);
-          entries[p] = present[p] ? tables[part].books[p].data() + std::size_t{code} * kBlockVoxels : kNothing.data();
+          entries[p] = present[p] ? table.books[p].data() + std::size_t{code} * kBlockVoxels : kNothing.data();
         }
         alignas(32) S sums[kBlockVoxels];
         alignas(32) T block[kBlockVoxels];
@@ -371,7 +412,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   VolumeInfo info_;
   shaders::TvqDomain domain_;
   std::uint32_t edge_;
-  Extent grid_;  ///< of sub-volumes
+  Extent step_;  ///< of a time step
+  Extent grid_;  ///< of the sub-volumes of a time step
   RecordedError error_;
   std::vector<ExceptionRun> exceptions_;
   std::vector<std::uint32_t> exception_bits_;

@@ -1,188 +1,13 @@
 #include "codecs/tvq/encoder.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 
-#include "codecs/tvq/bits.hpp"
 #include "codecs/tvq/random_codes.hpp"
-#include "codecs/tvq/rounding.hpp"
+#include "codecs/tvq/sub_volume.hpp"
 
 namespace cvr::codecs::tvq {
 
 namespace {
-
-constexpr double kTauOfTarget = 0.7;
-
-/// Means of the eight octants of a block, minus `mean`.
-std::array<float, 8> octants(const float* block, float mean) {
-  std::array<double, 8> sums{};
-  for (unsigned i = 0; i < kBlockVoxels; ++i) sums[(i >> 1 & 1) + 2 * (i >> 3 & 1) + 4 * (i >> 5 & 1)] += static_cast<double>(block[i]);
-  std::array<float, 8> means;
-  for (unsigned j = 0; j < 8; ++j) means[j] = static_cast<float>(sums[j] / 8 - static_cast<double>(mean));
-  return means;
-}
-unsigned octant_of(unsigned i) { return (i >> 1 & 1) + 2 * (i >> 3 & 1) + 4 * (i >> 5 & 1); }
-
-std::vector<std::uint8_t> classes_of(std::span<const float> coefficients, double tau) {
-  std::vector<std::uint8_t> classes(coefficients.size() / kBlockVoxels);
-  for (std::size_t b = 0; b < classes.size(); ++b) {
-    classes[b] = static_cast<std::uint8_t>(classify(zone_energies(coefficients.data() + b * kBlockVoxels), tau * tau));
-  }
-  return classes;
-}
-
-/// The error of books on some blocks when the classes lose at most tau.
-double error_at(std::span<const float> coefficients, double tau, const Bits& bits, const Options& options, unsigned threads) {
-  const std::vector<std::uint8_t> classes = classes_of(coefficients, tau);
-  const ClassifiedBooks trained = train_chapters(coefficients, classes, bits.books, options, threads);
-  double sum = 0;
-  for (unsigned p = 0; p < kPartitions; ++p) {
-    std::vector<std::uint16_t> codes =
-        assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global, threads);
-    codes.resize(classes.size());
-    sum += total_distortion(trained.books[p], partition_vectors(coefficients, p), codes, threads);
-  }
-  return sum;
-}
-
-double choose_tau(const Domain& domain, std::span<const float> coefficients, const Bits& bits, const Options& options, unsigned threads) {
-  const double range = domain.type == VoxelType::kU8
-                           ? 255
-                           : static_cast<double>(domain.high - domain.low) / (domain.type == VoxelType::kF32 ? units_of(domain) : 1);
-  const double target = options.psnr > 0 ? range * std::pow(10.0, -options.psnr / 20) : std::sqrt(bits.error);
-  if (options.tau > 0) return options.tau * target;
-  if (options.psnr > 0) return kTauOfTarget * target;
-  const std::uint64_t blocks = coefficients.size() / kBlockVoxels, most = options.best ? 32768 : 8192;
-  const Vectors whole{coefficients.data(), blocks, kBlockVoxels, kBlockVoxels};
-  const std::vector<float> sample = gather(whole, sample_active(whole, most), 0, kBlockVoxels);
-  if (sample.empty()) return target;
-  double best = target, least = -1;
-  for (const double factor : {0.25, 0.5, 1.0, 2.0, 4.0}) {
-    Options quick = options;
-    quick.best = false;
-    quick.rough = true;
-    const double error = error_at(sample, factor * target, bits, quick, threads);
-    if (least < 0 || error < least) least = error, best = factor * target;
-  }
-  return best;
-}
-
-void flip_every_second(Basis& basis) {
-  std::vector<std::int16_t> stored(basis.stored().begin(), basis.stored().end());
-  const std::size_t row = basis.kind() == TransformKind::kKltFull ? kBlockVoxels : 4;
-  for (std::size_t i = 0; i < stored.size(); ++i) {
-    if (i / row % 2 == 1) stored[i] = static_cast<std::int16_t>(-stored[i]);
-  }
-  basis = Basis(basis.kind(), stored);
-}
-
-void train_tvq(const Domain& domain, std::span<const double> means, std::vector<float> samples, double budget, const Options& options,
-               SubVolume& part, unsigned threads) {
-  part.basis = Basis::fit(options.transform, samples, threads);
-  if (options.flip_signs) flip_every_second(part.basis);
-  part.basis.forward(samples, threads);
-  const std::span<const float> coefficients(samples);
-  std::vector<Candidate> candidates;
-  for (unsigned p = 0; p < kPartitions; ++p) {
-    candidates.push_back({partition_vectors(coefficients, p), 1, kBlockVoxels, options.coefficients});
-  }
-  const Bits bits = allocate(kTvq, domain, means, candidates, budget, options, threads);
-  const DcLattice lattice = dc_lattice(domain, means, bits.dc);
-  part.dc_bits = lattice.bits, part.dc_base = lattice.base, part.dc_step = lattice.step;
-  code_dc(domain, means, part);
-
-  ClassifiedBooks trained;
-  std::vector<std::uint8_t> classes;
-  if (options.classify) {
-    classes = classes_of(coefficients, choose_tau(domain, coefficients, bits, options, threads));
-    trained = train_chapters(coefficients, classes, bits.books, options, threads);
-  } else {
-    for (unsigned p = 0; p < kPartitions; ++p) {
-      trained.books[p] = train_book(candidates[p].vectors, bits.books[p], options, options.seed * 64 + p, threads);
-    }
-  }
-  for (unsigned p = 0; p < kPartitions; ++p) {
-    Book& book = part.books[p];
-    quantise_coefficients(domain, p, part.basis, bits.active_error, options.coefficients, trained.books[p], book);
-    book.chapters = trained.chapters[p];
-    part.codes[p] =
-        assign_codes(trained.books[p], trained.chapters[p], p, coefficients, classes, options.global || !options.classify, threads);
-  }
-}
-
-void code_nearest(const CodeVectors& book, const Vectors& vectors, std::vector<std::uint16_t>& codes, unsigned threads) {
-  codes.clear();
-  if (book.size() == 1) return;
-  codes.resize(vectors.count);
-  find_nearest(book, vectors, codes, threads);
-}
-
-void train_hvq(const Domain& domain, std::span<const double> means, std::span<const float> samples, double budget, const Options& options,
-               SubVolume& part, unsigned threads) {
-  const std::size_t blocks = means.size();
-  const auto code_levels = [&](unsigned dc_bits) {
-    const DcLattice lattice = dc_lattice(domain, means, dc_bits);
-    part.dc_bits = lattice.bits, part.dc_base = lattice.base, part.dc_step = lattice.step;
-    code_dc(domain, means, part);
-  };
-  // Octants relative to the decoded mean, voxels to the octants.
-  std::vector<float> coarse(blocks * 8), fine(blocks * kBlockVoxels);
-  const auto make_coarse = [&] {
-    for (std::size_t b = 0; b < blocks; ++b)
-      std::ranges::copy(octants(samples.data() + b * kBlockVoxels, dc_value(domain, part, b)),
-                        coarse.begin() + static_cast<std::ptrdiff_t>(8 * b));
-  };
-  const auto make_fine = [&](const CodeVectors* coded) {
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const float* block = samples.data() + b * kBlockVoxels;
-      const float mean = dc_value(domain, part, b);
-      const std::array<float, 8> means8 = octants(block, mean);
-      const float* octant = coded == nullptr ? means8.data() : (*coded)[part.codes[0].empty() ? 0 : part.codes[0][b]];
-      for (unsigned i = 0; i < kBlockVoxels; ++i) fine[b * kBlockVoxels + i] = block[i] - mean - octant[octant_of(i)];
-    }
-  };
-  code_levels(domain.type == VoxelType::kU8 ? 8 : 14);
-  make_coarse();
-  make_fine(nullptr);
-  const Vectors first{coarse.data(), blocks, 8, 8}, second{fine.data(), blocks, kBlockVoxels, kBlockVoxels};
-  const std::array<Candidate, 2> candidates{{{first, 8, 8, false}, {second, 1, kBlockVoxels, false}}};
-  const Bits bits = allocate(kHvq, domain, means, candidates, budget, options, threads);
-  code_levels(bits.dc);
-  make_coarse();
-  CodeVectors octant_book = train_book(first, bits.books[0], options, options.seed * 64, threads);
-  quantise_entries(domain, bits.active_error, octant_book, part.books[0]);
-  code_nearest(octant_book, first, part.codes[0], threads);
-  make_fine(options.closed_loop ? &octant_book : nullptr);
-  CodeVectors voxel_book = train_book(second, bits.books[1], options, options.seed * 64 + 1, threads);
-  quantise_entries(domain, bits.active_error, voxel_book, part.books[1]);
-  code_nearest(voxel_book, second, part.codes[1], threads);
-}
-
-/// Code 0 is the zero block, whose entries stand at an end of their range: the base lies in the middle of the samples.
-void train_vq(const Domain& domain, std::span<const double> means, std::span<float> samples, double budget, const Options& options,
-              SubVolume& part, unsigned threads) {
-  const Vectors vectors{samples.data(), means.size(), kBlockVoxels, kBlockVoxels};
-  const std::array<Candidate, 1> candidates{{{vectors, 1, kBlockVoxels, false}}};
-  const Bits bits = allocate(kVq, domain, means, candidates, budget, options, threads);
-  CodeVectors trained = train_book(vectors, bits.books[0], options, options.seed * 64, threads);
-  const auto [least, most] = std::ranges::minmax_element(trained.values);
-  Book& book = part.books[0];
-  const double middle = (static_cast<double>(*least) + static_cast<double>(*most)) / 2;
-  choose_entries(domain, (static_cast<double>(*most) - static_cast<double>(*least)) / 2 * 127 / 127.5, bits.active_error, book);
-  // A multiple of the scale, so that the zero block is exact; entries use all 2^8 or 2^16 values.
-  const double units = units_of(domain);
-  part.dc_base = static_cast<std::int32_t>(std::floor(middle * units / book.scale + 0.5)) * book.scale;
-  const double limit = book.entry_bytes == 1 ? 127 : 32767;
-  book.size = trained.size();
-  book.entries.clear();
-  for (float& value : trained.values) {
-    const double entry = std::clamp(std::floor((static_cast<double>(value) * units - part.dc_base) / book.scale + 0.5), -limit - 1, limit);
-    book.entries.push_back(static_cast<std::int16_t>(entry));
-    value = static_cast<float>((entry * book.scale + part.dc_base) / units);
-  }
-  code_nearest(trained, vectors, part.codes[0], threads);
-}
 
 /// The largest and the mean squared error over all voxels but exceptions, by slabs.
 class ErrorSink final : public SlabSink {
@@ -234,49 +59,91 @@ class ErrorSink final : public SlabSink {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace
+/// Books that all time steps share are trained with at most this many blocks: as many as a volume of 256^3 has, or four of those.
+std::uint64_t most_sampled(const Options& options) { return std::uint64_t{1} << (options.best ? 20 : 18); }
 
-SubVolume encode_part(const Scheme& scheme, const Domain& domain, const Extent& blocks, std::vector<float> samples, std::uint64_t voxels,
-                      const Options& options, unsigned threads) {
-  SubVolume part;
-  part.blocks = blocks;
-  const std::vector<double> means = block_means(samples);
-  const double budget = options.rate * static_cast<double>(voxels);
-  if (scheme.has_transform()) {
-    train_tvq(domain, means, std::move(samples), budget, options, part, threads);
-  } else if (scheme.dc) {
-    train_hvq(domain, means, samples, budget, options, part, threads);
-  } else {
-    train_vq(domain, means, samples, budget, options, part, threads);
+/// The boxes of a place at all time steps.
+class Places {
+ public:
+  Places(const Extent& step, std::uint64_t time_steps, std::uint32_t edge, const Coordinate& place)
+      : depth_(step.z), time_steps_(time_steps), box_(box_of(step, edge, place)) {}
+  std::uint64_t time_steps() const { return time_steps_; }
+  Extent blocks() const { return ceil_div(box_.size, kBlockEdge); }
+  double voxels() const { return static_cast<double>(box_.size.voxels()); }
+  volumes::Box at(std::uint64_t time) const {
+    volumes::Box box = box_;
+    box.origin.z += time * depth_;
+    return box;
   }
-  return part;
+
+ private:
+  std::uint64_t depth_, time_steps_;
+  volumes::Box box_;
+};
+
+/// One block of each of most_sampled() equal runs of the blocks of all steps, at a random place in its run, so that no period of the
+/// volume is met. One step is in memory at a time.
+Blocks sample_blocks(const VolumeSource& source, const Domain& domain, const Places& places, const Options& options) {
+  const std::uint64_t each = places.blocks().voxels(), all = each * places.time_steps(), count = std::min(all, most_sampled(options));
+  const auto run_begin = [&](std::uint64_t i) { return i * (all / count) + std::min(i, all % count); };
+  std::vector<float> sample;
+  sample.reserve(count * kBlockVoxels);
+  std::vector<float> samples;
+  std::uint64_t begin = 0, end = 0;  // the blocks in `samples`
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t first = run_begin(i);
+    const std::uint64_t block = first + mix(options.seed ^ mix(i)) % (run_begin(i + 1) - first);
+    if (block >= end) {
+      const std::uint64_t time = block / each;
+      samples = read_blocks(source, domain, places.at(time));
+      begin = time * each, end = begin + each;
+    }
+    const auto from = samples.begin() + static_cast<std::ptrdiff_t>((block - begin) * kBlockVoxels);
+    sample.insert(sample.end(), from, from + kBlockVoxels);
+  }
+  return Blocks(std::move(sample));
 }
+
+}  // namespace
 
 Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const EncoderSettings& settings, unsigned threads) {
   const VolumeInfo& info = source.info();
   auto facts = survey(source, settings.zero, settings.mask);
   if (!facts) return tl::unexpected(facts.error());
   Encoding encoding;
-  encoding.domain = facts->domain;
+  const Domain& domain = encoding.domain = facts->domain;
   encoding.edge = settings.edge;
   encoding.exceptions = std::move(facts->exceptions);
   encoding.exception_bits = std::move(facts->exception_bits);
-  const Extent grid = encoding.grid(info.extent);
-  for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
-    const Coordinate at{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)};
-    volumes::Box box{{0, 0, 0}, info.extent};
-    if (settings.edge > 0) {
-      const std::uint64_t edge = settings.edge;
-      box.origin = {at.x * edge, at.y * edge, at.z * edge};
-      box.size = {std::min(edge, info.extent.x - box.origin.x), std::min(edge, info.extent.y - box.origin.y),
-                  std::min(edge, info.extent.z - box.origin.z)};
+  const Extent step = info.step_extent(), grid = encoding.grid(step);
+  const std::uint64_t parts = grid.voxels() * info.time_steps;
+  const bool shared = settings.shared_books && info.time_steps > 1;
+  Options options = settings.options;
+  std::vector<Trained> trained;  // of the places, where books are shared
+  for (std::uint64_t i = 0; i < parts; ++i) {
+    const std::uint64_t place = i % grid.voxels(), time = i / grid.voxels();
+    const Places places(step, info.time_steps, settings.edge, {place % grid.x, place / grid.x % grid.y, place / (grid.x * grid.y)});
+    const auto each = static_cast<double>(places.blocks().voxels());
+    const auto steps = static_cast<double>(info.time_steps);
+    options.seed = settings.options.seed * 1000003 + (shared ? place : i);
+    if (options.random_codes) {
+      if (!shared || time == 0) encoding.books.push_back(random_books(scheme, domain, options));
+      encoding.parts.push_back(random_part(scheme, domain, encoding.books_of(i), places.blocks(), options, i));
+      continue;
     }
-    Options options = settings.options;
-    options.seed = settings.options.seed * 1000003 + i;
-    const Extent blocks = ceil_div(box.size, kBlockEdge);
-    encoding.parts.push_back(options.random_codes ? random_part(scheme, encoding.domain, blocks, options)
-                                                  : encode_part(scheme, encoding.domain, blocks, read_blocks(source, encoding.domain, box),
-                                                                box.size.voxels(), options, threads));
+    if (shared && time == 0) {
+      Blocks sample = sample_blocks(source, domain, places, options);
+      trained.push_back(train(scheme, domain, sample, each * steps, options.rate * places.voxels() * steps, options, threads));
+      encoding.books.push_back(trained.back().set);
+    }
+    Blocks blocks(read_blocks(source, domain, places.at(time)));
+    if (shared) {
+      encoding.parts.push_back(code(scheme, domain, trained[place], places.blocks(), std::move(blocks), options, threads));
+      continue;
+    }
+    Trained own = train(scheme, domain, blocks, each, options.rate * places.voxels(), options, threads);
+    encoding.parts.push_back(code(scheme, domain, own, places.blocks(), std::move(blocks), options, threads));
+    encoding.books.push_back(std::move(own.set));
   }
   Payload payload = write_payload(scheme, encoding);
   const auto decoder = make_decoder(scheme, info, encoding, {});

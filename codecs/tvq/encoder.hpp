@@ -11,13 +11,11 @@ struct EncoderSettings {
   ZeroValue zero = ZeroValue::kZero;
   bool mask = false;
   std::uint32_t edge = 0;
+  bool shared_books = false;  ///< of a series: one set of books for all time steps of a place
 };
 
-/// Surveys the source, trains and codes one sub-volume after the other, decodes the result and writes its error into it.
+/// Surveys the source, trains and codes one sub-volume after the other, decodes the result and writes its error into it. Of a series one
+/// time step of a sub-volume is in memory at a time, apart from the codes.
 Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const EncoderSettings& settings, unsigned threads);
-
-/// One sub-volume from samples (64 a block). `voxels`: those inside the volume, which the rate is measured in.
-SubVolume encode_part(const Scheme& scheme, const Domain& domain, const Extent& blocks, std::vector<float> samples, std::uint64_t voxels,
-                      const Options& options, unsigned threads);
 
 }  // namespace cvr::codecs::tvq

@@ -14,6 +14,7 @@ namespace cvr::codecs::tvq {
 namespace {
 
 constexpr std::uint32_t kFlagTransformMask = 3;
+constexpr std::uint32_t kFlagSharedBooks = 4;
 
 std::uint64_t plane_bytes(std::uint64_t blocks, unsigned bits) { return (blocks * bits + 7) / 8; }
 
@@ -194,18 +195,25 @@ Expected<void> read_exceptions(ByteReader& in, const VolumeInfo& info, std::uint
   return {};
 }
 
-/// The numbers of a sub-volume, without its books.
-Expected<void> read_part(const Scheme& scheme, ByteReader& in, TransformKind kind, SubVolume& part) {
+/// DC of a sub-volume.
+Expected<void> read_part(const Scheme& scheme, ByteReader& in, SubVolume& part) {
   const std::size_t at = in.position();
   part.dc_bits = in.get<std::uint8_t>();
   part.dc_base = in.get<std::int32_t>();
   part.dc_step = in.get<std::uint32_t>();
+  if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected the header of a sub-volume", at));
   if (part.dc_bits > kMaxDcBits || (!scheme.dc && part.dc_bits > 0)) return malformed(at, "at most 16 bits of DC, and none without DC");
   const std::int64_t last = std::int64_t{part.dc_base} + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
   if (std::abs(std::int64_t{part.dc_base}) > kLargestTerm || last > kLargestTerm) return malformed(at + 1, "values of DC within 2^26");
+  return {};
+}
+
+/// Sizes and scales of books, and the transform.
+Expected<void> read_book_set(const Scheme& scheme, ByteReader& in, TransformKind kind, BookSet& set) {
+  const std::size_t at = in.position();
   for (unsigned p = 0; p < scheme.books; ++p) {
     const std::size_t book_at = in.position();
-    Book& book = part.books[p];
+    Book& book = set.books[p];
     book.size = in.get<std::uint32_t>();
     book.scale = in.get<std::uint16_t>();
     book.entry_bytes = in.get<std::uint8_t>();
@@ -234,13 +242,13 @@ Expected<void> read_part(const Scheme& scheme, ByteReader& in, TransformKind kin
     value = in.get<std::int16_t>();
     if (std::abs(int{value}) > Basis::kStoredOne) return malformed(in.position() - 2, "a component of a unit vector");
   }
-  if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected the header of a sub-volume", at));
-  part.basis = Basis(kind, stored);
+  if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected the header of a sub-volume's books", at));
+  set.basis = Basis(kind, stored);
   return {};
 }
 
-Expected<void> read_book(const Scheme& scheme, unsigned p, ByteReader& in, SubVolume& part) {
-  Book& book = part.books[p];
+Expected<void> read_book(const Scheme& scheme, unsigned p, ByteReader& in, BookSet& set) {
+  Book& book = set.books[p];
   const std::size_t at = in.position();
   if (book.step > 0) {
     const auto bytes = in.get<std::uint32_t>();
@@ -252,7 +260,7 @@ Expected<void> read_book(const Scheme& scheme, unsigned p, ByteReader& in, SubVo
       return malformed(at, "no coefficients of the zero vector");
     }
     book.coefficients.resize(std::size_t{book.size} * scheme.coefficients[p]);
-    project(book, p, part.basis);
+    project(book, p, set.basis);
   } else {
     const std::uint32_t stored = scheme.zero_vectors() ? book.size - 1 : book.size;
     if (std::uint64_t{stored} * scheme.length[p] * book.entry_bytes > in.remaining()) {
@@ -283,12 +291,12 @@ Expected<std::vector<std::uint16_t>> read_codes(ByteReader& in, std::uint64_t bl
 
 }  // namespace
 
-Extent blocks_of(const Extent& volume, std::uint32_t edge, const Coordinate& part) {
-  if (edge == 0) return ceil_div(volume, kBlockEdge);
-  const auto cut = [edge](std::uint64_t n, std::uint64_t c) {
-    return (std::min<std::uint64_t>(edge, n - c * edge) + kBlockEdge - 1) / kBlockEdge;
-  };
-  return {cut(volume.x, part.x), cut(volume.y, part.y), cut(volume.z, part.z)};
+volumes::Box box_of(const Extent& step, std::uint32_t edge, const Coordinate& part) {
+  if (edge == 0) return {{0, 0, 0}, step};
+  const Coordinate origin{part.x * edge, part.y * edge, part.z * edge};
+  return {origin,
+          {std::min<std::uint64_t>(edge, step.x - origin.x), std::min<std::uint64_t>(edge, step.y - origin.y),
+           std::min<std::uint64_t>(edge, step.z - origin.z)}};
 }
 
 void project(Book& book, unsigned partition, const Basis& basis) {
@@ -326,14 +334,18 @@ Payload write_payload(const Scheme& scheme, const Encoding& encoding) {
   static_assert(kErrorOffset == 6 * 4);
   out.put(encoding.error.largest);
   out.put(encoding.error.mean_squared);
-  out.put(static_cast<std::uint32_t>(encoding.parts.front().basis.kind()));
+  const bool shared = encoding.books.size() < encoding.parts.size();
+  out.put(static_cast<std::uint32_t>(encoding.books.front().basis.kind()) | (shared ? kFlagSharedBooks : 0));
   out.put(static_cast<std::uint64_t>(encoding.exceptions.size()));
-  for (const SubVolume& part : encoding.parts) {
+  for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
+    const SubVolume& part = encoding.parts[i];
     out.put(static_cast<std::uint8_t>(part.dc_bits));
     out.put(part.dc_base);
     out.put(part.dc_step);
+    if (i >= encoding.books.size()) continue;
+    const BookSet& set = encoding.books[i];
     for (unsigned p = 0; p < scheme.books; ++p) {
-      const Book& book = part.books[p];
+      const Book& book = set.books[p];
       out.put(book.size);
       out.put(book.scale);
       out.put(book.entry_bytes);
@@ -344,8 +356,8 @@ Payload write_payload(const Scheme& scheme, const Encoding& encoding) {
         out.put(narrow<std::uint16_t>(chapter.size));
       }
     }
-    payload.breakdown[ByteClass::kTables] += 2 * part.basis.stored().size();
-    for (const std::int16_t value : part.basis.stored()) out.put(value);
+    payload.breakdown[ByteClass::kTables] += 2 * set.basis.stored().size();
+    for (const std::int16_t value : set.basis.stored()) out.put(value);
   }
   payload.breakdown[ByteClass::kHeader] = out.size() - payload.breakdown[ByteClass::kTables];
   std::size_t before = out.size();
@@ -363,19 +375,21 @@ Payload write_payload(const Scheme& scheme, const Encoding& encoding) {
   };
   for (const SubVolume& part : encoding.parts) put_codes(part.dc, part.dc_bits);
   for (unsigned p = 0; p < scheme.books; ++p) {
-    for (const SubVolume& part : encoding.parts) {
-      const Book& book = part.books[p];
+    for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
+      const Book& book = encoding.books_of(i).books[p];
       before = out.size();
-      if (book.step > 0) {
-        ByteWriter coded;
-        if (book.size > 1) put_coefficients(coded, book, p);
-        out.put(narrow<std::uint32_t>(coded.size()));
-        out.append(coded.take().bytes());
-      } else {
-        put_entries(out, scheme, p, book);
+      if (i < encoding.books.size()) {
+        if (book.step > 0) {
+          ByteWriter coded;
+          if (book.size > 1) put_coefficients(coded, book, p);
+          out.put(narrow<std::uint32_t>(coded.size()));
+          out.append(coded.take().bytes());
+        } else {
+          put_entries(out, scheme, p, book);
+        }
       }
       payload.breakdown[ByteClass::kTables] += out.size() - before;
-      put_codes(part.codes[p], book.bits());
+      put_codes(encoding.parts[i].codes[p], book.bits());
     }
   }
   payload.bytes = out.take();
@@ -394,20 +408,26 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
   if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("expected a header of 52 bytes, found {}", payload.size()));
   if (encoding.edge % kBlockEdge != 0) return malformed(20, "an edge of sub-volumes that is a multiple of 4");
   if (!(encoding.error.largest >= 0) || !(encoding.error.mean_squared >= 0)) return malformed(kErrorOffset, "errors that are not negative");
-  const auto kind = static_cast<TransformKind>(flags & kFlagTransformMask);
-  if (flags > 2 || (flags > 0 && !scheme.has_transform())) return malformed(40, "a kind of transform");
+  const auto transform = flags & kFlagTransformMask;
+  const bool shared = (flags & kFlagSharedBooks) != 0;
+  if (transform > 2 || (transform > 0 && !scheme.has_transform())) return malformed(40, "a kind of transform");
+  if ((flags & ~(kFlagTransformMask | kFlagSharedBooks)) != 0) return malformed(40, "a kind of transform and whether books are shared");
+  if (shared && info.time_steps == 1) return malformed(40, "no books shared by the time steps of a single volume");
+  const auto kind = static_cast<TransformKind>(transform);
   // Each sub-volume takes at least its header: too many for the payload are found before anything is allocated for them.
-  const Extent grid = encoding.grid(info.extent);
-  const std::uint64_t least = 9 + 12 * scheme.books;
-  const std::uint64_t most = in.remaining() / least;
-  if (grid.x > most || grid.y > most / grid.x || grid.z > most / (grid.x * grid.y)) {
-    return fail(ErrorCode::kTruncated, fmt::format("offset 52: expected {} sub-volumes, found {} bytes", to_string(grid), in.remaining()));
+  const Extent step = info.step_extent(), grid = encoding.grid(step), stack{grid.x, grid.y, grid.z * info.time_steps};
+  const std::uint64_t most = in.remaining() / (9 + (shared ? 0 : 12 * scheme.books));
+  if (stack.x > most || stack.y > most / stack.x || stack.z > most / (stack.x * stack.y)) {
+    return fail(ErrorCode::kTruncated, fmt::format("offset 52: expected {} sub-volumes, found {} bytes", to_string(stack), in.remaining()));
   }
-  encoding.parts.reserve(grid.voxels());
-  for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
+  encoding.parts.reserve(stack.voxels());
+  for (std::uint64_t i = 0; i < stack.voxels(); ++i) {
     SubVolume& part = encoding.parts.emplace_back();
-    part.blocks = blocks_of(info.extent, encoding.edge, {i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)});
-    if (auto ok = read_part(scheme, in, kind, part); !ok) return tl::unexpected(ok.error());
+    const Coordinate at{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y) % grid.z};
+    part.blocks = ceil_div(box_of(step, encoding.edge, at).size, kBlockEdge);
+    if (auto ok = read_part(scheme, in, part); !ok) return tl::unexpected(ok.error());
+    if (shared && i >= grid.voxels()) continue;
+    if (auto ok = read_book_set(scheme, in, kind, encoding.books.emplace_back()); !ok) return tl::unexpected(ok.error());
   }
   if (auto ok = read_exceptions(in, info, runs, encoding); !ok) return tl::unexpected(ok.error());
   for (SubVolume& part : encoding.parts) {
@@ -417,11 +437,14 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
   }
   steps[0] = in.position();
   for (unsigned p = 0; p < scheme.books; ++p) {
-    for (SubVolume& part : encoding.parts) {
-      if (auto ok = read_book(scheme, p, in, part); !ok) return tl::unexpected(ok.error());
-      auto codes = read_codes(in, part.blocks.voxels(), part.books[p].bits(), part.books[p].size);
+    for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
+      if (i < encoding.books.size()) {
+        if (auto ok = read_book(scheme, p, in, encoding.books[i]); !ok) return tl::unexpected(ok.error());
+      }
+      const Book& book = encoding.books_of(i).books[p];
+      auto codes = read_codes(in, encoding.parts[i].blocks.voxels(), book.bits(), book.size);
       if (!codes) return tl::unexpected(codes.error());
-      part.codes[p] = std::move(*codes);
+      encoding.parts[i].codes[p] = std::move(*codes);
     }
     steps[p + 1] = in.position();
   }
@@ -431,14 +454,16 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
 
 DeviceBytes device_bytes(const Scheme& scheme, const Encoding& encoding) {
   DeviceBytes bytes{};
-  for (const SubVolume& part : encoding.parts) {
-    unsigned record = part.dc_bits;
+  for (const BookSet& set : encoding.books) {
     for (unsigned p = 0; p < scheme.books; ++p) {
-      const Book& book = part.books[p];
-      record += book.bits();
+      const Book& book = set.books[p];
       if (book.size > 1 || !scheme.zero_vectors()) bytes.books += std::uint64_t{book.size} * scheme.length[p] * book.entry_bytes;
     }
-    bytes.index += plane_bytes(part.blocks.voxels(), record);
+  }
+  for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
+    unsigned record = encoding.parts[i].dc_bits;
+    for (unsigned p = 0; p < scheme.books; ++p) record += encoding.books_of(i).books[p].bits();
+    bytes.index += plane_bytes(encoding.parts[i].blocks.voxels(), record);
   }
   return bytes;
 }

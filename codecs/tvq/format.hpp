@@ -79,14 +79,18 @@ struct Book {
   unsigned bits() const { return static_cast<unsigned>(std::bit_width(size - 1)); }
 };
 
-/// A part of the volume with books of its own.
+/// What the codes of a sub-volume mean: its own, or that of its place at all time steps.
+struct BookSet {
+  Basis basis = Basis::dct();
+  std::array<Book, kMaxBooks> books;
+};
+
+/// A part of one time step.
 struct SubVolume {
   Extent blocks;
   unsigned dc_bits = 0;
-  std::int32_t dc_base = 0;   ///< units; what every sum starts from, with or without DC codes
-  std::uint32_t dc_step = 0;  ///< units a DC code
-  Basis basis = Basis::dct();
-  std::array<Book, kMaxBooks> books;
+  std::int32_t dc_base = 0;                                 ///< units; what every sum starts from, with or without DC codes
+  std::uint32_t dc_step = 0;                                ///< units a DC code
   std::vector<std::uint16_t> dc;                            ///< one a block, x fastest
   std::array<std::vector<std::uint16_t>, kMaxBooks> codes;  ///< the same; empty where the book has 0 bits
 };
@@ -99,17 +103,20 @@ struct ExceptionRun {
 
 struct Encoding {
   Domain domain;
-  std::uint32_t edge = 0;  ///< voxels a side of a sub-volume, a multiple of 4; 0: one for the whole volume
+  std::uint32_t edge = 0;  ///< voxels a side of a sub-volume, a multiple of 4; 0: one a time step
   RecordedError error{};
   std::vector<ExceptionRun> exceptions;
   std::vector<std::uint32_t> exception_bits;  ///< one a voxel of the runs
-  std::vector<SubVolume> parts;               ///< x fastest
+  std::vector<SubVolume> parts;               ///< x fastest, then y, z, time
+  std::vector<BookSet> books;                 ///< one a part, or one a part of the first time step for all steps
 
-  Extent grid(const Extent& volume) const { return edge == 0 ? Extent{1, 1, 1} : ceil_div(volume, edge); }
+  /// Sub-volumes of a time step.
+  Extent grid(const Extent& step) const { return edge == 0 ? Extent{1, 1, 1} : ceil_div(step, edge); }
+  const BookSet& books_of(std::size_t part) const { return books[part % books.size()]; }
 };
 
-/// Blocks of the sub-volume at a position of the grid.
-Extent blocks_of(const Extent& volume, std::uint32_t edge, const Coordinate& part);
+/// The voxels of the sub-volume at a position of the grid, from the first of its time step.
+volumes::Box box_of(const Extent& step, std::uint32_t edge, const Coordinate& part);
 
 /// Fills `entries` from `coefficients`: the inverse transform in integers, rounded to units of `scale`, cut to entry_bytes.
 void project(Book& book, unsigned partition, const Basis& basis);

@@ -6,8 +6,10 @@
 
 namespace cvr::codecs::tvq {
 
-/// One sub-volume of `blocks` with books of 2^options.bits code vectors, drawn by options.seed: codes and entries are uniform, the sums reach
-/// across the range of the domain.
-SubVolume random_part(const Scheme& scheme, const Domain& domain, const Extent& blocks, const Options& options);
+/// Books of 2^options.bits code vectors, drawn by options.seed: entries are uniform, the sums reach across the range of the domain.
+BookSet random_books(const Scheme& scheme, const Domain& domain, const Options& options);
+/// Uniform codes of `grid` blocks, drawn by options.seed and the number of the part.
+SubVolume random_part(const Scheme& scheme, const Domain& domain, const BookSet& set, const Extent& grid, const Options& options,
+                      std::uint64_t part);
 
 }  // namespace cvr::codecs::tvq

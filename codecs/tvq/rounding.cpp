@@ -56,7 +56,9 @@ double dc_error(const DcLattice& lattice, const Domain& domain) {
   return step * step / 12;
 }
 
-void code_dc(const Domain& domain, std::span<const double> means, SubVolume& part) {
+void code_dc(const Domain& domain, std::span<const double> means, unsigned bits, SubVolume& part) {
+  const DcLattice lattice = dc_lattice(domain, means, bits);
+  part.dc_bits = lattice.bits, part.dc_base = lattice.base, part.dc_step = lattice.step;
   part.dc.clear();
   if (part.dc_bits == 0) return;
   const double units = units_of(domain);

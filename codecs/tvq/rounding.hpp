@@ -24,8 +24,8 @@ struct DcLattice {
 DcLattice dc_lattice(const Domain& domain, std::span<const double> means, unsigned bits);
 /// Mean squared, in samples.
 double dc_error(const DcLattice& lattice, const Domain& domain);
-/// Codes of all means, with the lattice of part.dc_bits bits.
-void code_dc(const Domain& domain, std::span<const double> means, SubVolume& part);
+/// The lattice of at most `bits` bits and the codes of all means.
+void code_dc(const Domain& domain, std::span<const double> means, unsigned bits, SubVolume& part);
 /// The decoded DC of a block, in samples.
 float dc_value(const Domain& domain, const SubVolume& part, std::size_t block);
 

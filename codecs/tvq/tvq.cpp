@@ -35,9 +35,10 @@ std::vector<ParameterSpec> with_common(std::vector<ParameterSpec> own) {
                      "where the LBG iteration begins: splits across principal axes, random vectors, grids of "
                      "scalar quantisers, pairwise nearest neighbours"));
   own.push_back(text("effort", {"fast", "best"}, "trains with a sample of the vectors, or with all of them and more iterations"));
-  ParameterSpec edge = integer("edge", "0", 0, 0, "voxels a side of sub-volumes with books of their own; 0: the whole volume");
+  ParameterSpec edge = integer("edge", "0", 0, 0, "voxels a side of sub-volumes with books of their own; 0: the whole volume, or time step");
   edge.choices = {0, 32, 64, 128, 256, 512};
   own.push_back(std::move(edge));
+  own.push_back(text("books", {"step", "shared"}, "of a series: each time step has books of its own, or all have one set"));
   own.push_back(text("zero", {"zero", "least", "mode"},
                      "value of the zero blocks, which are exact: 0 (or the least where 0 does not occur), "
                      "the least, the most frequent (not f32)"));
@@ -74,6 +75,7 @@ EncoderSettings common_settings(const Parameters& parameters) {
   settings.edge = static_cast<std::uint32_t>(parameters.integer("edge"));
   settings.zero =
       choice_of<ZeroValue>(parameters, "zero", {{"zero", ZeroValue::kZero}, {"least", ZeroValue::kLeast}, {"mode", ZeroValue::kMode}});
+  settings.shared_books = parameters.text("books") == "shared";
   settings.mask = parameters.text("nonfinite") == "mask";
   return settings;
 }

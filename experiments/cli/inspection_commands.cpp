@@ -15,6 +15,10 @@ namespace {
 
 void add_volume_facts(const volumes::VolumeInfo& info, Row& report) {
   report["extent"] = {info.extent.x, info.extent.y, info.extent.z};
+  if (info.time_steps > 1) {
+    report["time_steps"] = info.time_steps;
+    report["step_extent"] = {info.step_extent().x, info.step_extent().y, info.step_extent().z};
+  }
   report["type"] = name_of(info.type);
   report["kind"] = name_of(info.kind);
   report["voxel_size"] = info.voxel_size;
@@ -159,10 +163,13 @@ int measure_error(const std::string& original, const std::string& path, unsigned
   const auto truth = volumes::open_volume(original);
   const auto require_same_shape = [&](const volumes::VolumeInfo& other) {
     const volumes::VolumeInfo& info = truth->info();
-    if (other.extent == info.extent && other.type == info.type) return;
-    throw volumes::InputError(fmt::format("{}: expected {} {} as in {}, found {} {}", path,
-                                          to_string(info.extent), name_of(info.type), original,
-                                          to_string(other.extent), name_of(other.type)));
+    const auto shape = [](const volumes::VolumeInfo& of) {
+      const std::string steps = of.time_steps > 1 ? fmt::format(" in {} time steps", of.time_steps) : "";
+      return fmt::format("{} {}{}", to_string(of.extent), name_of(of.type), steps);
+    };
+    if (shape(other) == shape(info)) return;
+    throw volumes::InputError(
+        fmt::format("{}: expected {} as in {}, found {}", path, shape(info), original, shape(other)));
   };
   ErrorSink sink(*truth, threads);
   bool lossless = truth->info().kind == volumes::VolumeKind::kLabels;

@@ -66,6 +66,7 @@ Row describe_dataset(const Dataset& d, const Location& location) {
   j["kind"] = name_of(d.kind);
   j["type"] = name_of(d.type);
   j["extent"] = {d.extent.x, d.extent.y, d.extent.z};
+  j["time_steps"] = d.time_steps;
   j["labels"] = d.labels == 0 ? Row(nullptr) : Row(d.labels);
   j["licence"] = d.licence;
   j["citation"] = d.citation;
@@ -95,7 +96,9 @@ void list_datasets(const std::string& folder, const Environment& environment, bo
                               : dataset.file.empty()   ? "generated"
                                                        : "absent, a generated stand-in takes its place";
     fmt::print("{:<26} {:<7} {:<3} {:>16}  {}\n{:<28}{}\n", dataset.name, name_of(dataset.kind),
-               name_of(dataset.type), to_string(dataset.extent), dataset.title, "", where);
+               name_of(dataset.type),
+               to_string(dataset.extent) + (dataset.time_steps == 1 ? "" : fmt::format(" x{}", dataset.time_steps)),
+               dataset.title, "", where);
   }
   if (json) print_json(all);
 }

@@ -65,6 +65,7 @@ std::string to_json_line(const WorkerSpec& spec) {
   j["identity"] = spec.location.identity;
   j["exchanged"] = spec.location.exchanged;
   j["extent"] = {info.extent.x, info.extent.y, info.extent.z};
+  j["time_steps"] = info.time_steps;
   j["type"] = name_of(info.type);
   j["kind"] = name_of(info.kind);
   j["raw_path"] = spec.raw_path;
@@ -97,6 +98,7 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   location.exchanged = j.at("exchanged").get<bool>();
   const auto extent = j.at("extent").get<std::array<std::uint64_t, 3>>();
   location.info.extent = {extent[0], extent[1], extent[2]};
+  location.info.time_steps = j.at("time_steps").get<std::uint64_t>();
   location.info.type = volumes::voxel_type_from_name(j.at("type").get<std::string>()).value();
   location.info.kind = volumes::volume_kind_from_name(j.at("kind").get<std::string>()).value();
   spec.raw_path = j.at("raw_path").get<std::string>();

@@ -202,5 +202,34 @@ TEST_F(Files, ListsAreJsonArraysOfTheRegistries) {
   EXPECT_THAT(program_.run("encode --help").out, HasSubstr("percent"));
 }
 
+TEST_F(Files, SeriesKeepTheirStepsThroughFilesOfAllKinds) {
+  ASSERT_EQ(program_.run("generate moving --size 20,16,9 --seed 3 -p steps=3 -p largest=16 -o s.h5").exit_code, 0);
+  ASSERT_EQ(program_.run("generate moving --size 20,16,9 --seed 3 -p time=2 -p largest=16 -o last.h5").exit_code, 0);
+  EXPECT_EQ(program_.run("error last.h5 's.h5[2]'").exit_code, 0);
+  EXPECT_EQ(json::parse(program_.run("error last.h5 's.h5[2]' --json").out)["mismatches"], 0);
+  for (const std::string books : {"step", "shared"}) {
+    const Outcome encoded = program_.run("encode s.h5 -o s.cvr --codec tvq -p rate=900 -p books=" + books + " --json");
+    ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
+    const json inspected = json::parse(program_.run("inspect s.cvr --json").out);
+    EXPECT_EQ(inspected["extent"], json({20, 16, 27}));
+    EXPECT_EQ(inspected["time_steps"], 3);
+    EXPECT_EQ(inspected["step_extent"], json({20, 16, 9}));
+    EXPECT_EQ(inspected["parameters"]["books"], books);
+    const json error = json::parse(program_.run("error s.h5 s.cvr --json").out);
+    EXPECT_EQ(error["mean_squared_error"], inspected["recorded_error"]["mean_squared_error"]);
+    EXPECT_EQ(error["time_steps"], 3);
+    EXPECT_LE(error["worst_step_psnr_db"], error["psnr_db"]);
+    for (const std::string name : {"d.nii.gz", "d.nrrd", "d.raw", "d.h5"}) {
+      ASSERT_EQ(program_.run("decode s.cvr -o " + name).exit_code, 0) << name;
+      EXPECT_EQ(json::parse(program_.run("inspect " + name + " --json").out)["time_steps"], 3) << name;
+      EXPECT_EQ(json::parse(program_.run("error s.h5 " + name + " --json").out)["mean_squared_error"], error["mean_squared_error"]) << name;
+    }
+    ASSERT_EQ(program_.run("validate s.cvr").exit_code, 0);
+  }
+  expect_usage_error("decode s.cvr -o d.precomputed", "no time axis");
+  expect_usage_error("error last.h5 s.cvr", "20x16x27 u8 in 3 time steps");
+  expect_usage_error("encode 's.h5[3]' -o x.cvr --codec tvq", "T from 0 to 2");
+}
+
 }  // namespace
 }  // namespace cvr::cli_tests

@@ -211,6 +211,7 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
   EXPECT_EQ(file->stream.info.kind, info.kind);
   EXPECT_EQ(file->stream.info.voxel_size, info.voxel_size);
   EXPECT_EQ(file->stream.info.voxel_unit, info.voxel_unit);
+  EXPECT_EQ(file->stream.info.time_steps, info.time_steps);
   EXPECT_EQ(file->published_bytes, encoded_->published_bytes);
 
   EXPECT_EQ(encoded_->breakdown.total(), bytes().size());

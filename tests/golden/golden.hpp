@@ -27,7 +27,11 @@ struct GoldenVolume {
 };
 
 const std::vector<GoldenVolume>& golden_volumes();
-codecs::Parameters golden_parameters(const codecs::Codec& codec);
-std::string golden_path(const codecs::Codec& codec, const GoldenVolume& volume);
+/// Four time steps; for codecs that know of time, which have the parameter `books`.
+const GoldenVolume& golden_series();
+bool knows_time(const codecs::Codec& codec);
+/// Small choices, then what `assignments` say.
+codecs::Parameters golden_parameters(const codecs::Codec& codec, const std::vector<std::string>& assignments = {});
+std::string golden_path(const codecs::Codec& codec, const GoldenVolume& volume, const codecs::Parameters& parameters);
 
 }  // namespace cvr::golden

@@ -18,6 +18,10 @@ using codecs::Codec;
 struct Case {
   const Codec* codec;
   const GoldenVolume* volume;
+  std::vector<std::string> assignments{};
+
+  codecs::Parameters parameters() const { return golden_parameters(*codec, assignments); }
+  std::string path() const { return golden_path(*codec, *volume, parameters()); }
 };
 
 std::vector<Case> all_cases() {
@@ -26,6 +30,8 @@ std::vector<Case> all_cases() {
     for (const GoldenVolume& volume : golden_volumes()) {
       if (zoo::accepts(*codec, volume.specimen)) cases.push_back({codec, &volume});
     }
+    if (!knows_time(*codec)) continue;
+    for (const char* books : {"books=step", "books=shared"}) cases.push_back({codec, &golden_series(), {books}});
   }
   return cases;
 }
@@ -39,25 +45,26 @@ std::vector<char> read_file(const std::string& path) {
 std::span<const std::byte> bytes_of(const std::vector<char>& file) { return std::as_bytes(std::span(file)); }
 
 TEST(GoldenInput, VoxelsAreTheOnesThatTheFilesWereMadeOf) {
-  for (const GoldenVolume& volume : golden_volumes()) {
-    const volumes::Volume made = volume.specimen.volume();
-    EXPECT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume.hash) << volume.specimen.name;
+  std::vector<const GoldenVolume*> all{&golden_series()};
+  for (const GoldenVolume& volume : golden_volumes()) all.push_back(&volume);
+  for (const GoldenVolume* volume : all) {
+    const volumes::Volume made = volume->specimen.volume();
+    EXPECT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << volume->specimen.name;
   }
 }
 
 class Golden : public testing::TestWithParam<Case> {};
 
 TEST_P(Golden, EncodesToTheFile) {
-  const auto& [codec, volume] = GetParam();
+  const auto& [codec, volume, assignments] = GetParam();
   const volumes::Volume made = volume->specimen.volume();
   ASSERT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << "the input itself has changed";
-  const auto encoded = codecs::encode(*codec, volumes::MemorySource(made), golden_parameters(*codec), 1);
+  const auto encoded = codecs::encode(*codec, volumes::MemorySource(made), GetParam().parameters(), 1);
   ASSERT_TRUE(encoded) << encoded.error().message;
-  const std::string path = golden_path(*codec, *volume);
+  const std::string path = GetParam().path();
   if (std::getenv("CVRBENCH_WRITE_GOLDEN") != nullptr) {
     std::ofstream out(path, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(encoded->bytes.data()),
-              static_cast<std::streamsize>(encoded->bytes.size()));
+    out.write(reinterpret_cast<const char*>(encoded->bytes.data()), static_cast<std::streamsize>(encoded->bytes.size()));
     ASSERT_TRUE(out.good()) << path;
   }
   const std::vector<char> file = read_file(path);
@@ -68,15 +75,16 @@ TEST_P(Golden, EncodesToTheFile) {
 }
 
 TEST_P(Golden, FileDecodesToTheVolume) {
-  const auto& [codec, volume] = GetParam();
+  const auto& [codec, volume, assignments] = GetParam();
   const volumes::Volume made = volume->specimen.volume();
-  const std::vector<char> file = read_file(golden_path(*codec, *volume));
+  const std::vector<char> file = read_file(GetParam().path());
   const auto opened = codecs::open_file(bytes_of(file));
   ASSERT_TRUE(opened) << opened.error().message;
   EXPECT_EQ(opened->codec, codec);
   const auto decoded = codecs::decode(bytes_of(file), 0, 1);
   ASSERT_TRUE(decoded) << decoded.error().message;
   ASSERT_EQ(decoded->extent(), made.extent());
+  EXPECT_EQ(decoded->info().time_steps, made.info().time_steps);
   if (!codec->traits().lossless) {
     const auto recorded = codecs::open_decoder(*opened).value()->recorded_error();
     EXPECT_TRUE(recorded && zoo::keeps(*recorded, made, *decoded));
@@ -86,7 +94,9 @@ TEST_P(Golden, FileDecodesToTheVolume) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, Golden, testing::ValuesIn(all_cases()), [](const auto& info) {
-  return zoo::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->specimen.name;
+  std::string name = zoo::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->specimen.name;
+  for (const std::string& assignment : info.param.assignments) name += '_' + assignment.substr(assignment.find('=') + 1);
+  return name;
 });
 
 }  // namespace

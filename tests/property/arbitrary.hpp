@@ -30,7 +30,7 @@ inline volumes::Volume arbitrary_labels(volumes::VoxelType type, const volumes::
   });
 }
 
-/// Smooth, rough or full of steps; narrow or over the range of the type, of f32 over 2^-40 to 2^40.
+/// Smooth, rough or full of jumps; narrow or over the range of the type, of f32 over 2^-40 to 2^40; half of the time a series.
 inline volumes::Volume arbitrary_scalars(volumes::VoxelType type, const volumes::Extent& extent) {
   volumes::Volume volume({.extent = extent, .type = type, .kind = volumes::VolumeKind::kScalars, .voxel_unit = {}});
   const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1u << 20);
@@ -49,6 +49,11 @@ inline volumes::Volume arbitrary_scalars(volumes::VoxelType type, const volumes:
       }
     }
   });
+  if (*rc::gen::arbitrary<bool>()) {
+    std::uint64_t steps = *rc::gen::inRange<std::uint64_t>(1, extent.z + 1);
+    while (extent.z % steps != 0) --steps;
+    volume.info().time_steps = steps;
+  }
   return volume;
 }
 

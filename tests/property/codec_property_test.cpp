@@ -108,6 +108,7 @@ TEST_P(LossyCodecProperty, RecordedErrorIsThatOfEveryVolume) {
     const auto file = codecs::open_file(encoded->bytes.bytes()).value();
     const auto decoder = codecs::open_decoder(file).value();
     const Volume found = codecs::decode(encoded->bytes.bytes(), 0, threads).value();
+    RC_ASSERT(found.info().time_steps == volume.info().time_steps);
     RC_ASSERT(zoo::keeps(decoder->recorded_error().value(), volume, found));
     if (const codecs::VoxelAccess* access = decoder->voxel_access()) {
       const Coordinate c = arbitrary_voxel(volume.extent());

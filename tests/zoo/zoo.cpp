@@ -42,12 +42,13 @@ Specimen labels(std::string name, const Extent& extent, VoxelType type, Label la
 
 template <class T>
 Specimen scalars(std::string name, const Extent& extent, VoxelType type,
-                 std::function<T(std::uint64_t index)> value) {
+                 std::function<T(std::uint64_t index)> value, std::uint64_t time_steps = 1) {
   const VolumeInfo info{.extent = extent,
                         .type = type,
                         .kind = VolumeKind::kScalars,
                         .voxel_size = {0.5, 0.5, 1},
-                        .voxel_unit = "mm"};
+                        .voxel_unit = "mm",
+                        .time_steps = time_steps};
   return {std::move(name), info, [info, value = std::move(value)] {
             Volume volume(info);
             const auto voxels = volume.voxels<T>();
@@ -65,6 +66,14 @@ void add_shapes(std::vector<Specimen>& zoo) {
   }
   zoo.push_back(labels("line_of_130_u32", {1, 130, 1}, VoxelType::kU32, [](auto& c) { return c.y / 7; }));
   zoo.push_back(labels("plane_71x1x37_u16", {71, 1, 37}, VoxelType::kU16, voronoi({71, 1, 37}, 30, 5)));
+  Specimen series = labels("series_of_3_u16", {9, 7, 15}, VoxelType::kU16, voronoi({9, 7, 15}, 20, 4));
+  series.info.time_steps = 3;
+  series.volume = [stack = series.volume, info = series.info] {
+    Volume volume = stack();
+    volume.info() = info;
+    return volume;
+  };
+  zoo.push_back(std::move(series));
   zoo.push_back(
       labels("odd_sides_5x7x9_u16", {5, 7, 9}, VoxelType::kU16, [](auto& c) { return c.x * c.y + c.z; }));
   zoo.push_back(
@@ -175,6 +184,12 @@ void add_hard_scalars(std::vector<Specimen>& zoo) {
   add_for_all_types(zoo, "thin_scalars_1x37x23", {1, 37, 23},
                     [](auto& c) { return static_cast<double>(c.y * c.z % 41) / 40; });
   add_for_all_types(zoo, "scalars_5x7x9", {5, 7, 9}, [](auto& c) { return static_cast<double>(c.x * c.y + c.z) / 32; });
+  // Time steps: of a depth that is no multiple of 4, of one plane, and one of them constant.
+  zoo.push_back(scalars<std::uint8_t>(
+      "series_of_4_u8", {11, 6, 28}, VoxelType::kU8, [](std::uint64_t i) { return static_cast<std::uint8_t>((i % 462 + i / 462 * 9) / 3); }, 4));
+  zoo.push_back(scalars<float>(
+      "series_of_planes_f32", {9, 10, 6}, VoxelType::kF32,
+      [](std::uint64_t i) { return i / 90 == 3 ? 2.5f : static_cast<float>(i % 90 * (i / 90)) * 0.125f; }, 6));
   zoo.push_back(scalars<float>("one_scalar_f32", {1, 1, 1}, VoxelType::kF32, [](std::uint64_t) { return -12.5f; }));
   zoo.push_back(scalars<float>("denormal_scalars_f32", {7, 9, 5}, VoxelType::kF32, [](std::uint64_t i) {
     return static_cast<float>(i % 23) * std::numeric_limits<float>::denorm_min() * (i % 2 == 0 ? 1000 : -1);

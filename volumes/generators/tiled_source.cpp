@@ -51,8 +51,8 @@ T scalar_of(float value) {
 
 }  // namespace
 
-TiledVolume::TiledVolume(const GeneratorRequest& request, VoxelType type, VolumeKind kind, const Extent& tile)
-    : info_{.extent = request.extent, .type = type, .kind = kind, .voxel_unit = {}},
+TiledVolume::TiledVolume(const GeneratorRequest& request, VoxelType type, VolumeKind kind, const Extent& tile, std::uint64_t time_steps)
+    : info_{.extent = request.extent, .type = type, .kind = kind, .voxel_unit = {}, .time_steps = time_steps},
       tile_(tile),
       threads_(request.threads < 1 ? 1 : request.threads) {}
 
@@ -90,8 +90,8 @@ void TiledSource::fill_part(const Box& part, const Box& box, std::byte* out, std
   });
 }
 
-TiledScalars::TiledScalars(std::string_view kind, const GeneratorRequest& request)
-    : TiledVolume(request, scalar_type(kind, request["bits"]), VolumeKind::kScalars, kScalarTile) {}
+TiledScalars::TiledScalars(std::string_view kind, const GeneratorRequest& request, std::uint64_t time_steps)
+    : TiledVolume(request, scalar_type(kind, request["bits"]), VolumeKind::kScalars, kScalarTile, time_steps) {}
 
 void TiledScalars::fill_part(const Box& part, const Box& box, std::byte* out, std::vector<std::uint32_t>&) const {
   std::array<float, kScalarTile.x> row;

@@ -31,7 +31,8 @@ class TiledVolume : public VolumeSource {
   void read(const Box& box, std::byte* out) const override;
 
  protected:
-  TiledVolume(const GeneratorRequest& request, VoxelType type, VolumeKind kind, const Extent& tile);
+  /// `request.extent` is that of all time steps.
+  TiledVolume(const GeneratorRequest& request, VoxelType type, VolumeKind kind, const Extent& tile, std::uint64_t time_steps = 1);
   /// Writes the voxels of `part`, which lies inside one tile and inside `box`, to their places in `out`, the voxels of `box`.
   /// `scratch` is the caller's to use. Called by several threads at once.
   virtual void fill_part(const Box& part, const Box& box, std::byte* out, std::vector<std::uint32_t>& scratch) const = 0;
@@ -60,7 +61,7 @@ class TiledSource : public TiledVolume {
 class TiledScalars : public TiledVolume {
  protected:
   /// The type comes from the request's parameter "bits": 8 (u8), 16 (u16) or 32 (f32). Throws InputError on another.
-  TiledScalars(std::string_view kind, const GeneratorRequest& request);
+  TiledScalars(std::string_view kind, const GeneratorRequest& request, std::uint64_t time_steps = 1);
   /// Writes the value in 0..1 of each voxel of a row of `count` from `start` along x. Called by several threads at once.
   virtual void fill_row(const Coordinate& start, std::uint64_t count, float* values) const = 0;
 

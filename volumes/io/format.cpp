@@ -67,6 +67,31 @@ Extent check_extent(const std::string& file, std::string_view position,
   return {size[0], size[1], size[2]};
 }
 
+Extent check_extent(const std::string& file, std::string_view position, const std::array<std::uint64_t, 3>& step,
+                    std::uint64_t count, VoxelType type) {
+  const Extent one = check_extent(file, position, step, type);
+  if (count > kMaximumBytes / (one.voxels() * size_of(type))) {
+    throw_input_error(file, position, "a series of at most 2^48 bytes",
+                      fmt::format("{} steps of {} voxels of type {}", count, to_string(one), name_of(type)));
+  }
+  return {one.x, one.y, one.z * count};
+}
+
+Steps check_steps(const VolumePath& path, std::string_view position, std::uint64_t stored) {
+  if (!path.steps) return {0, std::max<std::uint64_t>(stored, 1)};
+  const auto [first, end] = *path.steps;
+  const std::string found = end ? fmt::format("[{}:{}]", first, *end) : fmt::format("[{}]", first);
+  if (stored == 0) throw_input_error(path.file, position, "no step, since this is a single volume", found);
+  const bool inside = end ? first < *end && *end <= stored : first < stored;
+  if (!inside) {
+    throw_input_error(path.file, position,
+                      fmt::format("a step of this series as [T], T from 0 to {}, or steps [A:B] with 0 <= A < B <= {}",
+                                  stored - 1, stored),
+                      found);
+  }
+  return {first, end ? *end - first : 1};
+}
+
 void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width) {
   switch (width) {
     case 1:

@@ -18,11 +18,17 @@
 
 namespace cvr::volumes {
 
-/// A volume name taken apart: FILE, FILE:DATASET, FILE[STEP], FILE:DATASET[STEP].
+/// "[first]" or "[first:end]" behind the name of a series.
+struct StepRange {
+  std::uint64_t first = 0;
+  std::optional<std::uint64_t> end;  ///< one behind the last; none: the first alone
+};
+
+/// A volume name taken apart: FILE, FILE:DATASET, FILE[STEPS], FILE:DATASET[STEPS].
 struct VolumePath {
   std::string file;
-  std::string dataset;                ///< HDF5 only; empty: the only one
-  std::optional<std::uint64_t> step;  ///< of a 4D series
+  std::string dataset;             ///< HDF5 only; empty: the only one
+  std::optional<StepRange> steps;  ///< of a series; none: all
 };
 
 /// Throws InputError "FILE: POSITION: expected EXPECTED, found FOUND"; an empty position is left out.
@@ -51,6 +57,16 @@ Interpretation interpret(const std::string& file, StoredType stored, std::option
 /// overflow.
 Extent check_extent(const std::string& file, std::string_view position,
                     const std::array<std::uint64_t, 3>& size, VoxelType type);
+
+/// The time steps of a series that a name asks for.
+struct Steps {
+  std::uint64_t first, count;
+};
+/// Checks them against the `stored` steps of a file; 0 says that it holds a single volume, of which none can be asked.
+Steps check_steps(const VolumePath& path, std::string_view position, std::uint64_t stored);
+/// The extent of `count` stacked steps of (X, Y, Z) voxels; checks like the other.
+Extent check_extent(const std::string& file, std::string_view position, const std::array<std::uint64_t, 3>& step,
+                    std::uint64_t count, VoxelType type);
 
 /// Throws if a voxel of a volume stored as signed integers of `width` bytes (native order) is negative.
 void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width);

@@ -1,5 +1,5 @@
-// HDF5 volumes: one dataset of rank 3 (z y x in the file, which is x fastest in memory) or 4 (t z y x, read
-// step by step).
+// HDF5 volumes: one dataset of rank 3 (z y x in the file, which is x fastest in memory) or 4 (t z y x, a
+// series).
 //
 // Sources: the HDF5 1.10 reference manual. Attributes, on the dataset or else on the file: `voxel_size`
 // (three numbers, z y x), `voxel_unit`, `kind` ("labels" or "scalars"), `name`, `source`, `licence`. The kind
@@ -160,8 +160,8 @@ std::optional<VolumeKind> stated_kind(const OpenDataset& dataset) {
   return kind;
 }
 
-/// The extent of the dataset in file order; checks rank and step.
-std::vector<hsize_t> dataset_size(const OpenDataset& dataset, const std::optional<std::uint64_t>& step) {
+/// The extent of the dataset in file order; checks the rank.
+std::vector<hsize_t> dataset_size(const OpenDataset& dataset) {
   const Hdf5Handle space(H5Dget_space(dataset.dataset_id.get()), H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space.get());
   if (rank != 3 && rank != 4) {
@@ -170,16 +170,8 @@ std::vector<hsize_t> dataset_size(const OpenDataset& dataset, const std::optiona
   }
   std::vector<hsize_t> size(static_cast<std::size_t>(rank));
   H5Sget_simple_extent_dims(space.get(), size.data(), nullptr);
-  if (rank == 3 && step) {
-    throw_input_error(dataset.file, dataset.position(), "no step, since this is a single volume",
-                      fmt::format("[{}]", *step));
-  }
-  if (rank == 4 && (!step || *step >= size[0])) {
-    throw_input_error(dataset.file, dataset.position(),
-                      fmt::format("a step of this series as FILE:{}[T], T from 0 to {}", dataset.name,
-                                  size[0] == 0 ? "none, it is empty" : std::to_string(size[0] - 1)),
-                      step ? fmt::format("[{}]", *step) : "no step");
-  }
+  if (rank == 4 && size[0] == 0)
+    throw_input_error(dataset.file, dataset.position(), "a series of at least one step", "an empty one");
   return size;
 }
 
@@ -243,10 +235,14 @@ class Hdf5Source final : public VolumeSource {
     OpenDataset dataset = open_dataset(path);
     const StoredType stored = stored_type(dataset);
     const Interpretation meaning = interpret(path.file, stored, hint, stated_kind(dataset));
-    const std::vector<hsize_t> size = dataset_size(dataset, path.step);
+    const std::vector<hsize_t> size = dataset_size(dataset);
+    series_ = size.size() == 4;
+    const Steps steps = check_steps(path, dataset.position(), series_ ? size[0] : 0);
     const std::size_t z = size.size() - 3;
-    info_.extent =
-        check_extent(path.file, dataset.position(), {size[z + 2], size[z + 1], size[z]}, meaning.type);
+    info_.extent = check_extent(path.file, dataset.position(), {size[z + 2], size[z + 1], size[z]},
+                                steps.count, meaning.type);
+    info_.time_steps = steps.count;
+    first_step_ = steps.first;
     info_.type = meaning.type;
     info_.kind = meaning.kind;
     read_voxel_size(dataset, info_);
@@ -254,7 +250,6 @@ class Hdf5Source final : public VolumeSource {
                    text_attribute(dataset, "licence")};
     stored_ = stored.type;
     reject_negative_ = meaning.reject_negative;
-    step_ = path.step;
     enlarge_chunk_cache(dataset, size, size_of(stored_));
     dataset_ = std::move(dataset);
   }
@@ -270,10 +265,23 @@ class Hdf5Source final : public VolumeSource {
   void read(const Box& box, std::byte* out) const override {
     if (box.size.voxels() == 0) return;
     const Hdf5Session session;
+    const std::uint64_t depth = info_.step_extent().z, end = box.origin.z + box.size.z;
+    for (std::uint64_t z = box.origin.z; z < end;) {
+      const std::uint64_t next = std::min(end, (z / depth + 1) * depth);
+      const Box part{{box.origin.x, box.origin.y, z % depth}, {box.size.x, box.size.y, next - z}};
+      read_step(first_step_ + z / depth, part, out);
+      out += part.size.voxels() * size_of(stored_);
+      z = next;
+    }
+  }
+
+ private:
+  /// Voxels of one time step, or of a single volume.
+  void read_step(std::uint64_t step, const Box& box, std::byte* out) const {
     std::vector<hsize_t> start{box.origin.z, box.origin.y, box.origin.x};
     std::vector<hsize_t> count{box.size.z, box.size.y, box.size.x};
-    if (step_) {
-      start.insert(start.begin(), *step_);
+    if (series_) {
+      start.insert(start.begin(), step);
       count.insert(count.begin(), 1);
     }
     const Hdf5Handle from(H5Dget_space(dataset_.dataset_id.get()), H5Sclose);
@@ -286,13 +294,13 @@ class Hdf5Source final : public VolumeSource {
     if (reject_negative_) reject_negative_voxels(dataset_.file, {out, box.size.voxels() * width}, width);
   }
 
- private:
   OpenDataset dataset_;
   VolumeInfo info_;
   Provenance provenance_;
   VoxelType stored_ = VoxelType::kU8;
   bool reject_negative_ = false;
-  std::optional<std::uint64_t> step_;
+  bool series_ = false;           ///< of rank 4
+  std::uint64_t first_step_ = 0;  ///< of the dataset
 };
 
 }  // namespace

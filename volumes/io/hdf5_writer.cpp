@@ -1,5 +1,5 @@
 // HDF5 volumes as this project writes them: one dataset `/labels` or `/scalars` (or the name given), axes z y
-// x, chunks of at most 64 a side, gzip level 4 without shuffle, the attributes that hdf5_reader.cpp names,
+// x (series: t z y x), chunks of at most 64 a side and one step, gzip level 4 without shuffle, the attributes that hdf5_reader.cpp names,
 // and no time stamps, so that equal volumes give equal files. Voxels are drawn in boxes of X * 64 * 64, never
 // a whole layer.
 #include <fmt/format.h>
@@ -31,16 +31,7 @@ class Hdf5Writer {
   }
 
   void write_voxels() {
-    Buffer buffer;
-    const Extent& extent = info_.extent;
-    for (std::uint64_t z = 0; z < extent.z; z += kChunk) {
-      for (std::uint64_t y = 0; y < extent.y; y += kChunk) {
-        const Box box{{0, y, z}, {extent.x, std::min(kChunk, extent.y - y), std::min(kChunk, extent.z - z)}};
-        buffer.resize(box.size.voxels() * size_of(info_.type));
-        source_.read(box, buffer.data());
-        write_box(box, buffer);
-      }
-    }
+    for (std::uint64_t step = 0; step < info_.time_steps; ++step) write_step(step);
   }
 
   void close() {
@@ -54,16 +45,36 @@ class Hdf5Writer {
     if (status < 0) throw_input_error(path_, "", "to write HDF5", hdf5_reason());
   }
 
+  bool series() const { return info_.time_steps > 1; }
+
+  void write_step(std::uint64_t step) {
+    Buffer buffer;
+    const Extent extent = info_.step_extent();
+    for (std::uint64_t z = 0; z < extent.z; z += kChunk) {
+      for (std::uint64_t y = 0; y < extent.y; y += kChunk) {
+        const Box box{{0, y, z}, {extent.x, std::min(kChunk, extent.y - y), std::min(kChunk, extent.z - z)}};
+        buffer.resize(box.size.voxels() * size_of(info_.type));
+        source_.read({{0, y, step * extent.z + z}, box.size}, buffer.data());
+        write_box(step, box, buffer);
+      }
+    }
+  }
+
   void create_dataset(const std::string& name) {
-    const std::array<hsize_t, 3> size{info_.extent.z, info_.extent.y, info_.extent.x};
-    std::array<hsize_t, 3> chunk{};
-    std::transform(size.begin(), size.end(), chunk.begin(),
-                   [](hsize_t n) { return std::min<hsize_t>(n, kChunk); });
-    const Hdf5Handle space(H5Screate_simple(3, size.data(), nullptr), H5Sclose);
+    const Extent extent = info_.step_extent();
+    std::vector<hsize_t> size{extent.z, extent.y, extent.x};
+    std::vector<hsize_t> chunk;
+    for (const hsize_t n : size) chunk.push_back(std::min<hsize_t>(n, kChunk));
+    if (series()) {
+      size.insert(size.begin(), info_.time_steps);
+      chunk.insert(chunk.begin(), 1);
+    }
+    const int rank = static_cast<int>(size.size());
+    const Hdf5Handle space(H5Screate_simple(rank, size.data(), nullptr), H5Sclose);
     const Hdf5Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     const Hdf5Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     check(H5Pset_create_intermediate_group(links.get(), 1));
-    check(H5Pset_chunk(layout.get(), 3, chunk.data()));
+    check(H5Pset_chunk(layout.get(), rank, chunk.data()));
     check(H5Pset_deflate(layout.get(), kGzipLevel));
     check(H5Pset_obj_track_times(layout.get(), false));
     dataset_ = {H5Dcreate2(file_.get(), name.c_str(), hdf5_file_type(info_.type), space.get(), links.get(),
@@ -99,11 +110,15 @@ class Hdf5Writer {
     check(H5Awrite(attribute.get(), type.get(), &value));
   }
 
-  void write_box(const Box& box, const Buffer& voxels) const {
-    const std::array<hsize_t, 3> start{box.origin.z, box.origin.y, box.origin.x};
-    const std::array<hsize_t, 3> count{box.size.z, box.size.y, box.size.x};
+  void write_box(std::uint64_t step, const Box& box, const Buffer& voxels) const {
+    std::vector<hsize_t> start{box.origin.z, box.origin.y, box.origin.x};
+    std::vector<hsize_t> count{box.size.z, box.size.y, box.size.x};
+    if (series()) {
+      start.insert(start.begin(), step);
+      count.insert(count.begin(), 1);
+    }
     const Hdf5Handle to(H5Dget_space(dataset_.get()), H5Sclose);
-    const Hdf5Handle from(H5Screate_simple(3, count.data(), nullptr), H5Sclose);
+    const Hdf5Handle from(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
     check(H5Sselect_hyperslab(to.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
     check(H5Dwrite(dataset_.get(), hdf5_file_type(info_.type), from.get(), to.get(), H5P_DEFAULT, voxels.data()));
   }

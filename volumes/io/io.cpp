@@ -32,9 +32,9 @@ struct Format {
 
 constexpr std::array kFormats{
     Format{"HDF5", {".h5", ".hdf5"}, true, true, open_hdf5, write_hdf5},
-    Format{"NRRD", {".nrrd", ".nhdr"}, false, false, open_nrrd, write_nrrd},
+    Format{"NRRD", {".nrrd", ".nhdr"}, false, true, open_nrrd, write_nrrd},
     Format{"NIfTI", {".nii", ".nii.gz"}, false, true, open_nifti, write_nifti},
-    Format{"raw", {".raw", ""}, false, false, open_raw, write_raw},
+    Format{"raw", {".raw", ""}, false, true, open_raw, write_raw},
 };
 constexpr Format kPrecomputed{"precomputed", {}, false, false, open_precomputed, write_precomputed};
 
@@ -43,29 +43,31 @@ struct Chosen {
   VolumePath path;
 };
 
-/// Cuts "[T]" off the end.
-std::optional<std::uint64_t> cut_step(std::string& name) {
+/// Cuts "[T]" or "[A:B]" off the end.
+std::optional<StepRange> cut_steps(std::string& name) {
   const std::size_t open = name.rfind('[');
   if (!name.ends_with(']') || open == std::string::npos) return std::nullopt;
-  std::uint64_t step = 0;
+  StepRange steps;
   const char* const end = name.data() + name.size() - 1;
-  const auto [stop, error] = std::from_chars(name.data() + open + 1, end, step);
-  if (error != std::errc() || stop != end) return std::nullopt;
+  std::from_chars_result read = std::from_chars(name.data() + open + 1, end, steps.first);
+  if (read.ec == std::errc() && read.ptr != end && *read.ptr == ':')
+    read = std::from_chars(read.ptr + 1, end, steps.end.emplace());
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
   name.resize(open);
-  return step;
+  return steps;
 }
 
 Chosen choose_file(const std::string& path) {
   for (const Format& format : kFormats) {
     if (format.matches(path)) return {&format, {path, {}, {}}};
     VolumePath cut{path, {}, {}};
-    if (format.has_steps) cut.step = cut_step(cut.file);
+    if (format.has_steps) cut.steps = cut_steps(cut.file);
     if (format.matches(cut.file)) return {&format, cut};
     if (!format.has_datasets) continue;
     for (std::size_t colon = cut.file.find(':'); colon != std::string::npos;
          colon = cut.file.find(':', colon + 1)) {
       const std::string file = cut.file.substr(0, colon);
-      if (format.matches(file)) return {&format, {file, cut.file.substr(colon + 1), cut.step}};
+      if (format.matches(file)) return {&format, {file, cut.file.substr(colon + 1), cut.steps}};
     }
   }
   return {};
@@ -103,9 +105,13 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional
 
 void write_volume(const std::string& path, const VolumeSource& source) {
   const Chosen chosen = choose_or_throw(path);
-  if (chosen.path.step) throw_input_error(path, "", "a name without a step: series are not written", "[T]");
+  if (chosen.path.steps) throw_input_error(path, "", "a name without steps: a series is written whole", "[...]");
   const VolumeInfo& info = source.info();
   check_extent(path, "", {info.extent.x, info.extent.y, info.extent.z}, info.type);
+  if (info.time_steps > 1 && !chosen.format->has_steps) {
+    throw_input_error(path, "", fmt::format("a single volume, since {} has no time axis", chosen.format->name),
+                      fmt::format("a series of {} steps", info.time_steps));
+  }
   try {
     chosen.format->write(chosen.path, source);
   } catch (const std::filesystem::filesystem_error& error) {

@@ -1,11 +1,14 @@
 // Reading and writing volume files; the format follows from the name.
 //
-//   FILE.h5:/path/to/dataset   HDF5; without a path the only dataset; FILE.h5:/dataset[T] for step T of a 4D series (t z y x)
-//   FILE.nrrd FILE.nhdr        NRRD, raw and gzip, attached and detached
-//   FILE.nii FILE.nii.gz       NIfTI-1; FILE.nii[T] for step T of a 4D series
+//   FILE.h5:/path/to/dataset   HDF5; without a path the only dataset; of rank 4 (t z y x) a series
+//   FILE.nrrd FILE.nhdr        NRRD, raw and gzip, attached and detached; of dimension 4 (x y z t) a series
+//   FILE.nii FILE.nii.gz       NIfTI-1; 4D is a series
 //   FILE.raw                   raw voxels, x fastest, beside a sidecar FILE.raw.yaml; mapped, data() without a copy
 //   FOLDER or FOLDER/SCALE     Neuroglancer precomputed (a folder with an `info` file); written for a name that ends in "/" or
 //                              ".precomputed", u8 and u16 labels as u32
+//
+// A series is one volume with its time steps stacked along z (VolumeInfo::time_steps); NAME[T] is its step T alone, NAME[A:B] the
+// steps A to B - 1. Precomputed folders hold single volumes only.
 //
 // Sources read boxes without the rest of the file, except gzipped NRRD and NIfTI, which inflate into memory
 // at the first read. Writers draw slabs, so the volume need not fit into memory.

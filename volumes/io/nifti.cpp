@@ -2,8 +2,7 @@
 // comments there.
 //
 // A header of 348 bytes, 4 bytes of extension flag, voxels from vox_offset with x fastest. dim[0]
-// outside 1..7 means that the header and the voxels have the other byte order. 3D, or 4D read step by step as
-// FILE[T].
+// outside 1..7 means that the header and the voxels have the other byte order. 3D, or 4D: a series.
 //
 // Decisions: values must be stored as they are (scl_slope 0 or 1, scl_inter 0), others are refused rather
 // than rounded. The kind follows from the hint, the intent code 1002 (label), the intent name `labels` or
@@ -130,16 +129,6 @@ std::array<std::uint64_t, 4> dimensions(const std::string& file, const nifti_1_h
   return size;
 }
 
-std::uint64_t checked_step(const VolumePath& path, std::uint64_t steps) {
-  const bool missing = steps > 1 && !path.step;
-  if (missing || path.step.value_or(0) >= steps) {
-    throw_input_error(path.file, "dim[4] (byte 48)",
-                      fmt::format("a step of this series as FILE[T], T from 0 to {}", steps - 1),
-                      path.step ? fmt::format("[{}]", *path.step) : "no step");
-  }
-  return path.step.value_or(0);
-}
-
 std::uint64_t voxel_offset(const std::string& file, const nifti_1_header& fields) {
   const float offset = fields.vox_offset;
   const bool whole = std::isfinite(offset) && offset == std::floor(offset);
@@ -184,13 +173,14 @@ nifti_1_header make_header(const std::string& file, const VolumeInfo& info) {
   nifti_1_header header{};
   header.sizeof_hdr = static_cast<int>(kHeaderBytes);
   header.regular = 'r';
-  const std::array size{info.extent.x, info.extent.y, info.extent.z};
-  header.dim[0] = 3;
+  const Extent step = info.step_extent();
+  const std::array size{step.x, step.y, step.z, info.time_steps};
+  header.dim[0] = info.time_steps > 1 ? 4 : 3;
   std::fill(header.dim + 4, header.dim + 8, short{1});
-  for (std::size_t axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < size.size(); ++axis) {
     if (size[axis] > static_cast<std::uint64_t>(std::numeric_limits<short>::max())) {
-      throw_input_error(file, "", "at most 32767 voxels an axis, the limit of NIfTI-1",
-                        to_string(info.extent));
+      throw_input_error(file, "", "at most 32767 voxels an axis and steps, the limits of NIfTI-1",
+                        fmt::format("{} x {} steps", to_string(step), info.time_steps));
     }
     header.dim[axis + 1] = static_cast<short>(size[axis]);
   }
@@ -242,11 +232,14 @@ std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, std::optional<V
   const Interpretation meaning = interpret(path.file, stored, kind, stated_kind(header.fields, stored));
   check_scaling(path.file, header.fields);
   const auto size = dimensions(path.file, header.fields);
+  const Steps steps = check_steps(path, "dim[4] (byte 48)", header.fields.dim[0] < 4 ? 0 : size[3]);
   VolumeInfo info{
-      .extent = check_extent(path.file, "dim (byte 40)", {size[0], size[1], size[2]}, meaning.type),
+      .extent =
+          check_extent(path.file, "dim (byte 40)", {size[0], size[1], size[2]}, steps.count, meaning.type),
       .type = meaning.type,
       .kind = meaning.kind,
-      .voxel_unit = unit_of(header.fields.xyzt_units).second};
+      .voxel_unit = unit_of(header.fields.xyzt_units).second,
+      .time_steps = steps.count};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float pixel = std::fabs(header.fields.pixdim[axis + 1]);
     if (!std::isfinite(pixel))
@@ -254,7 +247,7 @@ std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, std::optional<V
     info.voxel_size[axis] = pixel == 0 ? 1 : widened(pixel);
   }
   ArrayLayout layout{
-      .offset = voxel_offset(path.file, header.fields) + checked_step(path, size[3]) * info.bytes(),
+      .offset = voxel_offset(path.file, header.fields) + steps.first * (info.bytes() / steps.count),
       .big_endian = header.big_endian,
       .reject_negative = meaning.reject_negative};
   if (gzip) layout.gzip_start = 0;

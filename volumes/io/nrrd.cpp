@@ -65,16 +65,21 @@ std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, std::optional<Vo
   MappedFile file(path.file);
   const NrrdHeader header = parse_nrrd_header(path.file, file.text());
   const Interpretation meaning = interpret(path.file, header.type, kind, header.kind);
-  VolumeInfo info{.extent = check_extent(path.file, "sizes", header.size, meaning.type),
-                  .type = meaning.type,
-                  .kind = meaning.kind,
-                  .voxel_size = header.voxel_size,
-                  .voxel_unit = header.voxel_unit};
+  const Steps steps = check_steps(path, "sizes", header.steps);
+  const std::uint64_t stored_steps = std::max<std::uint64_t>(header.steps, 1);
+  const Extent whole = check_extent(path.file, "sizes", header.size, stored_steps, meaning.type);
+  const VolumeInfo info{.extent = {whole.x, whole.y, whole.z / stored_steps * steps.count},
+                        .type = meaning.type,
+                        .kind = meaning.kind,
+                        .voxel_size = header.voxel_size,
+                        .voxel_unit = header.voxel_unit,
+                        .time_steps = steps.count};
   MappedFile data =
       header.data_file.empty()
           ? std::move(file)
           : MappedFile((std::filesystem::path(path.file).parent_path() / header.data_file).string());
-  ArrayLayout layout = layout_of(header, data, info.bytes());
+  ArrayLayout layout = layout_of(header, data, whole.voxels() * size_of(info.type));
+  layout.offset += steps.first * (info.bytes() / steps.count);
   layout.reject_negative = meaning.reject_negative;
   return open_array(std::move(data), info, layout, header.provenance);
 }

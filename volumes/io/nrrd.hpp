@@ -6,7 +6,7 @@
 //   # comment
 //   (blank line)                  ends an attached header; the data follow
 //
-// Read: dimension 3; all integer types and float; encodings raw and gzip; both byte orders; one data file;
+// Read: dimension 3, or 4 with time last (kind list or time): a series; all integer types and float; encodings raw and gzip; both byte orders; one data file;
 // line skip (before decompression), byte skip (after it; -1 with raw: the data end the file); the voxel size
 // from `space directions` (their lengths) or `spacings`, its unit from `space units` or `units`. Fields that
 // only describe (content, centers, thicknesses, axis mins, ...) are checked for existence and otherwise
@@ -24,7 +24,8 @@ namespace cvr::volumes {
 enum class NrrdEncoding { kRaw, kGzip };
 
 struct NrrdHeader {
-  std::array<std::uint64_t, 3> size{};
+  std::array<std::uint64_t, 3> size{};  ///< of one step
+  std::uint64_t steps = 0;              ///< of a series; 0: a single volume
   StoredType type{VoxelType::kU8};
   NrrdEncoding encoding = NrrdEncoding::kRaw;
   bool big_endian = false;

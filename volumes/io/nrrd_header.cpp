@@ -203,7 +203,8 @@ class HeaderParser {
   }
 
   void dimension(std::string_view value) {
-    if (value != "3") fail("dimension 3", value);
+    if (value != "3" && value != "4") fail("dimension 3, or 4 for a series", value);
+    axes_ = value == "3" ? 3 : 4;
   }
   void space_dimension(std::string_view value) {
     if (value != "3") fail("space dimension 3", value);
@@ -215,16 +216,18 @@ class HeaderParser {
     header_.type = *type;
   }
 
-  std::vector<std::string_view> three_words(std::string_view value) const {
+  std::vector<std::string_view> words_of_axes(std::string_view value) const {
     auto words = words_of(value);
-    if (words.size() != 3) fail("three values, one an axis", value);
+    if (words.size() != axes_) fail(fmt::format("{} values, one an axis, after the field 'dimension'", axes_), value);
     return words;
   }
 
   void sizes(std::string_view value) {
-    const auto words = three_words(value);
+    const auto words = words_of_axes(value);
     for (std::size_t axis = 0; axis < 3; ++axis)
       header_.size[axis] = number<std::uint64_t>(words[axis], "a size");
+    if (axes_ == 4) header_.steps = number<std::uint64_t>(words[3], "a number of steps");
+    if (axes_ == 4 && header_.steps == 0) fail("at least one step", value);
   }
 
   void encoding(std::string_view value) {
@@ -266,7 +269,7 @@ class HeaderParser {
   }
 
   void spacings(std::string_view value) {
-    const auto words = three_words(value);
+    const auto words = words_of_axes(value);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       header_.voxel_size[axis] = spacing(number<double>(words[axis], "a spacing"), words[axis]);
     }
@@ -291,22 +294,35 @@ class HeaderParser {
       header_.voxel_size[axis] = spacing(std::hypot(v[0], v[1], v[2]), value);
       at = close + 1;
     }
-    if (!trimmed(value.substr(at)).empty()) fail("three vectors (a,b,c)", value);
+    const std::string_view time = axes_ == 4 ? "none" : "";
+    if (lower(trimmed(value.substr(at))) != time) {
+      fail(axes_ == 4 ? "three vectors (a,b,c) and none for the time" : "three vectors (a,b,c)", value);
+    }
   }
 
+  /// One an axis; that of the time is not read.
   void units(std::string_view value) {
     const auto texts = quoted_of(value);
+    if (texts.size() != axes_) fail(fmt::format("{} units in quotation marks", axes_), value);
+    set_unit(texts, value);
+  }
+  void space_units(std::string_view value) {
+    const auto texts = quoted_of(value);
     if (texts.size() != 3) fail("three units in quotation marks", value);
+    set_unit(texts, value);
+  }
+  void set_unit(const std::vector<std::string>& texts, std::string_view value) {
     if (texts[0] != texts[1] || texts[1] != texts[2]) fail("the same unit on all axes", value);
     header_.voxel_unit = texts[0] == "???" ? "" : texts[0];
   }
-  void space_units(std::string_view value) { units(value); }
 
   void kinds(std::string_view value) {
-    for (const std::string_view word : three_words(value)) {
-      const std::string kind = lower(word);
-      if (kind != "domain" && kind != "space" && kind != "none" && kind != "???")
-        fail("kinds domain or space", word);
+    const auto words = words_of_axes(value);
+    for (std::size_t axis = 0; axis < words.size(); ++axis) {
+      const std::string kind = lower(words[axis]);
+      if (kind == "none" || kind == "???") continue;
+      if (axis < 3 && kind != "domain" && kind != "space") fail("kinds domain or space", words[axis]);
+      if (axis == 3 && kind != "list" && kind != "time") fail("the kind list or time of the last axis", words[axis]);
     }
   }
 
@@ -316,6 +332,7 @@ class HeaderParser {
       if (!seen_.contains(name))
         fail(fmt::format("the field '{}' before the end of the header", name), line_);
     }
+    if (axes_ == 4 && !seen_.contains("kinds")) fail("the field 'kinds', which says that the last axis is a list", line_);
     if (size_of(header_.type.type) > 1 && !seen_.contains("endian")) fail("the field 'endian'", line_);
     if (header_.byte_skip < 0 && header_.encoding != NrrdEncoding::kRaw)
       fail("byte skip -1 only with raw", "gzip");
@@ -327,6 +344,7 @@ class HeaderParser {
   std::size_t number_ = 0;
   std::string_view line_;
   std::map<std::string, std::size_t> seen_;
+  std::size_t axes_ = 3;
   NrrdHeader header_;
 };
 
@@ -356,11 +374,16 @@ NrrdHeader parse_nrrd_header(const std::string& file, std::string_view text) {
 
 std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenance, NrrdEncoding encoding,
                              const std::string& data_file) {
-  std::string text = fmt::format("NRRD0004\ntype: {}\ndimension: 3\nsizes: {} {} {}\nspacings: {} {} {}\n",
-                                 type_name(info.type), info.extent.x, info.extent.y, info.extent.z,
-                                 info.voxel_size[0], info.voxel_size[1], info.voxel_size[2]);
-  if (!info.voxel_unit.empty()) text += fmt::format("units: \"{0}\" \"{0}\" \"{0}\"\n", info.voxel_unit);
-  text += fmt::format("kinds: domain domain domain\nendian: little\nencoding: {}\n",
+  // Time is the last axis of a series, without spacing and unit.
+  const bool series = info.time_steps > 1;
+  const Extent step = info.step_extent();
+  std::string text =
+      fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes: {} {} {}{}\nspacings: {} {} {}{}\n", type_name(info.type),
+                  series ? 4 : 3, step.x, step.y, step.z, series ? fmt::format(" {}", info.time_steps) : "",
+                  info.voxel_size[0], info.voxel_size[1], info.voxel_size[2], series ? " nan" : "");
+  if (!info.voxel_unit.empty())
+    text += fmt::format("units: \"{0}\" \"{0}\" \"{0}\"{1}\n", info.voxel_unit, series ? " \"\"" : "");
+  text += fmt::format("kinds: domain domain domain{}\nendian: little\nencoding: {}\n", series ? " list" : "",
                       encoding == NrrdEncoding::kRaw ? "raw" : "gzip");
   if (!data_file.empty()) text += fmt::format("data file: {}\n", data_file);
   text += fmt::format("kind:={}\n", name_of(info.kind));

@@ -1,6 +1,7 @@
 // Raw voxels, x fastest, beside a sidecar in YAML: FILE.raw and FILE.raw.yaml.
 //
-//   extent: [512, 256, 128]      x, y, z; the size of FILE.raw must be offset_bytes + X * Y * Z * bytes a voxel, exactly
+//   extent: [512, 256, 128]      x, y, z of a step; FILE.raw must have offset_bytes + steps * X * Y * Z * bytes a voxel, exactly
+//   steps: 1                     optional: time steps of a series, one behind the other
 //   type: u32                    u8, u16, u32, u64, i16, f32
 //   kind: labels                 optional: labels or scalars
 //   voxel_size: [8, 8, 40]       optional: along x, y, z
@@ -26,9 +27,9 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::size_t kMaximumSidecar = 1 << 20;
-constexpr std::array<std::string_view, 10> kKeys{"extent",     "type",       "kind",         "voxel_size",
-                                                 "voxel_unit", "byte_order", "offset_bytes", "name",
-                                                 "source",     "licence"};
+constexpr std::array<std::string_view, 11> kKeys{"extent",     "steps",      "type",         "kind", "voxel_size",
+                                                 "voxel_unit", "byte_order", "offset_bytes", "name", "source",
+                                                 "licence"};
 
 std::string sidecar_name(const std::string& file) { return file + ".yaml"; }
 
@@ -49,6 +50,15 @@ class Sidecar {
 
   std::array<std::uint64_t, 3> extent() const {
     return three<std::uint64_t>(required("extent"), "three sizes [x, y, z]");
+  }
+
+  /// 0 where the key is missing: a single volume.
+  std::uint64_t steps() const {
+    const YAML::Node node = root_["steps"];
+    if (!node) return 0;
+    const auto steps = value<std::uint64_t>(node, "a number of steps, at least 1");
+    if (steps == 0) fail(node, "a number of steps, at least 1");
+    return steps;
   }
 
   VoxelType type() const {
@@ -142,22 +152,27 @@ std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, std::optional<Vol
   const VoxelType stored = sidecar.type();
   const Interpretation meaning =
       interpret(path.file, {stored, stored == VoxelType::kI16}, kind, sidecar.kind());
-  const VolumeInfo info{
-      .extent = check_extent(sidecar_name(path.file), "extent", sidecar.extent(), meaning.type),
-      .type = meaning.type,
-      .kind = meaning.kind,
-      .voxel_size = sidecar.voxel_size(),
-      .voxel_unit = sidecar.text("voxel_unit")};
-  const ArrayLayout layout{.offset = sidecar.offset(),
+  const std::uint64_t stored_steps = sidecar.steps();
+  const Steps steps = check_steps(path, "steps", stored_steps);
+  const Extent whole = check_extent(sidecar_name(path.file), "extent", sidecar.extent(),
+                                    std::max<std::uint64_t>(stored_steps, 1), meaning.type);
+  const std::uint64_t step_depth = whole.z / std::max<std::uint64_t>(stored_steps, 1);
+  const VolumeInfo info{.extent = {whole.x, whole.y, step_depth * steps.count},
+                        .type = meaning.type,
+                        .kind = meaning.kind,
+                        .voxel_size = sidecar.voxel_size(),
+                        .voxel_unit = sidecar.text("voxel_unit"),
+                        .time_steps = steps.count};
+  const std::uint64_t size = file.bytes().size(), offset = sidecar.offset();
+  const std::uint64_t voxels = whole.voxels() * size_of(meaning.type);
+  if (offset > size || size - offset != voxels) {
+    throw_input_error(path.file, "",
+                      fmt::format("{} + {} bytes as {} says", offset, voxels, sidecar_name(path.file)),
+                      fmt::format("{} bytes", size));
+  }
+  const ArrayLayout layout{.offset = offset + steps.first * (info.bytes() / steps.count),
                            .big_endian = sidecar.big_endian(),
                            .reject_negative = meaning.reject_negative};
-  const std::uint64_t size = file.bytes().size();
-  if (layout.offset > size || size - layout.offset != info.bytes()) {
-    throw_input_error(
-        path.file, "",
-        fmt::format("{} + {} bytes as {} says", layout.offset, info.bytes(), sidecar_name(path.file)),
-        fmt::format("{} bytes", size));
-  }
   return open_array(std::move(file), info, layout,
                     {sidecar.text("name"), sidecar.text("source"), sidecar.text("licence")});
 }
@@ -167,8 +182,10 @@ void write_raw(const VolumePath& path, const VolumeSource& source) {
   const Provenance provenance = source.provenance();
   YAML::Emitter yaml;
   yaml << YAML::BeginMap;
-  yaml << YAML::Key << "extent" << YAML::Value << YAML::Flow << YAML::BeginSeq << info.extent.x
-       << info.extent.y << info.extent.z << YAML::EndSeq;
+  const Extent step = info.step_extent();
+  yaml << YAML::Key << "extent" << YAML::Value << YAML::Flow << YAML::BeginSeq << step.x << step.y << step.z
+       << YAML::EndSeq;
+  if (info.time_steps > 1) yaml << YAML::Key << "steps" << YAML::Value << info.time_steps;
   yaml << YAML::Key << "type" << YAML::Value << std::string(name_of(info.type));
   yaml << YAML::Key << "kind" << YAML::Value << std::string(name_of(info.kind));
   yaml << YAML::Key << "voxel_size" << YAML::Value << YAML::Flow << YAML::BeginSeq;

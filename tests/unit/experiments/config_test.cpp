@@ -8,6 +8,7 @@
 
 #include "scratch_folder.hpp"
 #include "volumes/error.hpp"
+#include "volumes/io/io.hpp"
 
 namespace cvr::experiments {
 namespace {
@@ -230,10 +231,33 @@ TEST_F(ConfigTest, AbsentDataIsAReasonAndStandInsSaySo) {
   EXPECT_EQ(locate(blob, {}).identity, location.identity);
 }
 
-TEST_F(ConfigTest, ADamagedHashIsNoMatch) {
+TEST_F(ConfigTest, SeriesAreLocatedWholeOrByStep) {
   folder_.write("datasets/b.yaml",
-                "f:\n  title: F\n  kind: labels\n  type: u8\n  extent: [1, 1, 1]\n  file: " +
-                    (folder_ / "c.yaml") + "\n  hash: 0123456789abcdef\n");
+                "field:\n  title: F\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 3\n  generator: moving\n"
+                "kept:\n  title: K\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 3\n  file: " +
+                    (folder_ / "k.h5") + "\nsecond:\n  title: S\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  file: \"" +
+                    (folder_ / "k.h5[1]") +
+                    "\"\nshort:\n  title: S\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 2\n  file: " + (folder_ / "k.h5") +
+                    "\nwrong:\n  title: W\n  kind: labels\n  type: u32\n  extent: [6, 5, 4]\n  steps: 2\n  generator: cells\n");
+  const Catalogue catalogue = Catalogue::from_folder(folder_ / "datasets");
+  const Location field = locate(*catalogue.find("field"), {});
+  EXPECT_EQ(field.info.extent, (volumes::Extent{6, 5, 12}));
+  EXPECT_EQ(field.info.time_steps, 3u);
+  const auto source = open_location(field, 1);
+  EXPECT_EQ(source->info().extent, field.info.extent);
+  volumes::write_volume(folder_ / "k.h5", *source);
+  EXPECT_EQ(locate(*catalogue.find("kept"), {}).info.time_steps, 3u);
+  const Location second = locate(*catalogue.find("second"), {});
+  EXPECT_EQ(second.info.time_steps, 1u);
+  EXPECT_EQ(open_location(second, 1)->info().extent, (volumes::Extent{6, 5, 4}));
+  EXPECT_THAT(locate(*catalogue.find("short"), {}).missing,
+              HasSubstr("holds 6x5x4 in 3 time steps u8, its description says 6x5x4 in 2 time steps u8"));
+  EXPECT_THROW(locate(*catalogue.find("wrong"), {}), volumes::InputError);
+}
+
+TEST_F(ConfigTest, ADamagedHashIsNoMatch) {
+  folder_.write("datasets/b.yaml", "f:\n  title: F\n  kind: labels\n  type: u8\n  extent: [1, 1, 1]\n  file: " + (folder_ / "c.yaml") +
+                                       "\n  hash: 0123456789abcdef\n");
   folder_.write("c.yaml", "x");
   const Catalogue catalogue = Catalogue::from_folder(folder_ / "datasets");
   EXPECT_THAT(locate(*catalogue.find("f"), {}).missing, HasSubstr("its description says 0123456789abcdef"));

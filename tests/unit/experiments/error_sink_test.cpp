@@ -70,6 +70,36 @@ TEST(ErrorSink, KnownErrorsForAnySlabsAndThreads) {
   }
 }
 
+TEST(ErrorSink, TellsTheWorstTimeStep) {
+  Volume volume = scalars<std::uint8_t>({8, 6, 12}, VoxelType::kU8, [](std::uint64_t x, std::uint64_t, std::uint64_t z) {
+    return static_cast<std::uint8_t>(x < 4 ? 10 + 60 * (z / 3) : 20 + 60 * (z / 3));
+  });
+  volume.info().time_steps = 4;
+  Volume decoded = volume;
+  decoded.voxels<std::uint8_t>()[volume.extent().index({1, 1, 1})] += 4;
+  decoded.voxels<std::uint8_t>()[volume.extent().index({1, 1, 6})] += 12;
+  const volumes::MemorySource truth(volume);
+  for (const auto& [threads, depth] : {std::pair{1u, 12u}, {3u, 1u}, {2u, 5u}}) {
+    ErrorSink sink(truth, threads);
+    feed(sink, decoded, depth);
+    const Row row = describe_errors(sink);
+    EXPECT_EQ(row["time_steps"], 4);
+    EXPECT_EQ(row["worst_step"], 2);
+    EXPECT_NEAR(row["worst_step_psnr_db"].get<double>(), 10 * std::log10(255.0 * 255 * 144 / 144.0), 1e-9);
+    EXPECT_NEAR(row["psnr_db"].get<double>(), 10 * std::log10(255.0 * 255 * 576 / 160.0), 1e-9);
+    // The jump of 60 between steps is no edge: the voxels beside x = 3 to 4 are.
+    EXPECT_EQ(row["edge_voxels"], 2 * 6 * 12);
+  }
+  ErrorSink exact(truth);
+  feed(exact, volume, 4);
+  EXPECT_TRUE(describe_errors(exact)["worst_step_psnr_db"].is_null());
+  volume.info().time_steps = 1;
+  const volumes::MemorySource one_step(volume);
+  ErrorSink single(one_step);
+  feed(single, decoded, 4);
+  EXPECT_FALSE(describe_errors(single).contains("time_steps"));
+}
+
 TEST(ErrorSink, EdgesAreTheSteepestFiveInAHundred) {
   // The gradient along x is 2x but at the sides: 1 at x = 0 and 2x - 1 at the last.
   const Volume volume = scalars<std::uint16_t>({100, 4, 3}, VoxelType::kU16, [](std::uint64_t x, std::uint64_t, std::uint64_t) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <string>
 #include <vector>
@@ -136,6 +137,34 @@ TEST(Moving, StepsAreAlikeWhenNearAndUnlikeWhenFar) {
   EXPECT_GT(correlation(first, at(1)), 0.7);
   EXPECT_LT(std::abs(correlation(first, at(200))), 0.2);
   EXPECT_NEAR(moments_of(at(7.5)).deviation, 1.0 / 6, 0.02);  // the variance is kept between two births
+}
+
+TEST(Moving, ASeriesIsItsStepsStacked) {
+  const Extent e{37, 22, 9};
+  std::map<std::string, double> parameters{{"bits", 8}, {"time", 2.5}, {"largest", 16}, {"lifetime", 3}};
+  const auto with = [&](double time, double steps, unsigned threads) {
+    parameters["time"] = time, parameters["steps"] = steps;
+    return make_generator("moving", e, 11, parameters, threads);
+  };
+  const auto series = with(2.5, 4, 3);
+  EXPECT_EQ(series->info().extent, (Extent{37, 22, 36}));
+  EXPECT_EQ(series->info().time_steps, 4u);
+  EXPECT_EQ(series->info().step_extent(), e);
+  for (unsigned t = 0; t < 4; ++t) {
+    const auto alone = with(2.5 + t, 1, 1);
+    EXPECT_EQ(alone->info().time_steps, 1u);
+    const Volume expected = read_all(*alone);
+    Volume found(alone->info());
+    series->read({{0, 0, 9 * t}, e}, found.data());
+    EXPECT_EQ(std::memcmp(found.data(), expected.data(), e.voxels()), 0) << t;
+  }
+  // A box across the border of two steps.
+  const Volume whole = read_all(*series);
+  const Box box{{3, 5, 7}, {20, 10, 6}};
+  std::vector<std::byte> expected(box.size.voxels()), found(expected.size());
+  MemorySource(whole).read(box, expected.data());
+  series->read(box, found.data());
+  EXPECT_EQ(found, expected);
 }
 
 }  // namespace

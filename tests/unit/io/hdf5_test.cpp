@@ -119,7 +119,7 @@ TEST_F(Hdf5, SignedLabelsAreCheckedNotWrapped) {
   expect_error(name + ":/bad", {"-7"}, VolumeKind::kLabels);
 }
 
-TEST_F(Hdf5, SeriesAreReadStepByStep) {
+TEST_F(Hdf5, SeriesAreStacksOfSteps) {
   const std::string name =
       Hdf5File(path("a.h5")).dataset("scalars", H5T_IEEE_F32LE, {3, 2, 3, 4}, counting<float>(72)).close();
   for (const char* step : {":/scalars[2]", "[2]"}) {
@@ -129,8 +129,17 @@ TEST_F(Hdf5, SeriesAreReadStepByStep) {
     EXPECT_EQ(volume.voxels<float>()[5], 53.0f);
     expect_boxes(*source, volume);
   }
-  expect_error(name, {"from 0 to 2", "no step"});
+  const auto whole = open_volume(name), later = open_volume(name + "[1:3]");
+  EXPECT_EQ(whole->info().extent, (Extent{4, 3, 6}));
+  EXPECT_EQ(whole->info().time_steps, 3u);
+  const Volume all = read_all(*whole);
+  for (std::size_t i = 0; i < 72; ++i) ASSERT_EQ(all.voxels<float>()[i], static_cast<float>(i));
+  expect_boxes(*whole, all);
+  EXPECT_EQ(later->info().time_steps, 2u);
+  EXPECT_EQ(read_all(*later).voxels<float>()[0], 24.0f);
   expect_error(name + ":/scalars[3]", {"from 0 to 2", "[3]"});
+  expect_error(name + ":/scalars[2:4]", {"B <= 3", "[2:4]"});
+  expect_error(name + "[2:1]", {"B <= 3", "[2:1]"});
 }
 
 TEST_F(Hdf5, RefusesOtherRanksTypesAndAttributes) {

@@ -104,7 +104,7 @@ TEST_F(Nifti, BigEndianOfEveryWidth) {
   }
 }
 
-TEST_F(Nifti, SeriesAreReadStepByStep) {
+TEST_F(Nifti, SeriesAreStacksOfSteps) {
   std::string voxels;
   for (int step = 0; step < 3; ++step) voxels += kTwelve;
   voxels[24 + 5] = 99;
@@ -113,8 +113,16 @@ TEST_F(Nifti, SeriesAreReadStepByStep) {
   const std::string name = write_bytes("a.nii", header.with(voxels));
   EXPECT_EQ(read_all(*open_volume(name + "[2]")).label({1, 2, 0}), 99u);
   EXPECT_EQ(read_all(*open_volume(name + "[1]")).label({1, 2, 0}), 5u);
-  expect_error(name, {"from 0 to 2", "no step"});
-  expect_error(name + "[3]", {"[3]"});
+  const auto whole = open_volume(name), later = open_volume(name + "[1:3]");
+  EXPECT_EQ(whole->info().time_steps, 3u);
+  EXPECT_EQ(whole->info().extent.z, 3 * open_volume(name + "[0]")->info().extent.z);
+  EXPECT_EQ(later->info().time_steps, 2u);
+  const std::string all = plain_bytes(read_all(*whole));
+  EXPECT_EQ(all, voxels);
+  EXPECT_EQ(plain_bytes(read_all(*later)), voxels.substr(12));
+  expect_error(name + "[3]", {"from 0 to 2", "[3]"});
+  expect_error(name + "[2:2]", {"B <= 3", "[2:2]"});
+  expect_error(name + "[1:4]", {"B <= 3", "[1:4]"});
 }
 
 TEST_F(Nifti, SignedLabelsAreCheckedNotWrapped) {

@@ -43,6 +43,24 @@ TEST_F(Nrrd, HeaderIsGolden) {
   EXPECT_EQ(read_bytes(path("b.nhdr.bin")), "`aaabacadaea");
 }
 
+TEST_F(Nrrd, SeriesHaveTimeAsTheLastAxis) {
+  Volume volume({.extent = {3, 1, 2}, .type = VoxelType::kU8, .kind = VolumeKind::kScalars, .voxel_unit = "mm", .time_steps = 2});
+  std::memcpy(volume.data(), "abcdef", 6);
+  write_nrrd(path("a.nrrd"), MemorySource(volume), NrrdEncoding::kRaw);
+  EXPECT_EQ(read_bytes(path("a.nrrd")),
+            "NRRD0004\ntype: uint8\ndimension: 4\nsizes: 3 1 1 2\nspacings: 1 1 1 nan\nunits: \"mm\" \"mm\" \"mm\" \"\"\n"
+            "kinds: domain domain domain list\nendian: little\nencoding: raw\nkind:=scalars\n\nabcdef");
+  const std::string start = "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 3 1 2\nencoding: raw\n";
+  const auto source = open_volume(write_bytes(
+      "b.nrrd", start + "space directions: (2,0,0) (0,2,0) (0,0,5) none\nkinds: space space space time\n\n" + kTwelve));
+  EXPECT_EQ(source->info().time_steps, 2u);
+  EXPECT_EQ(source->info().voxel_size, (std::array<double, 3>{2, 2, 5}));
+  expect_error(write_bytes("c.nrrd", start + "\n" + kTwelve), {"kinds"});
+  expect_error(write_bytes("c.nrrd", start + "kinds: list domain domain domain\n\n" + kTwelve), {"line 6", "list"});
+  expect_error(write_bytes("c.nrrd", start + "kinds: domain domain domain domain\n\n" + kTwelve), {"line 6", "list or time"});
+  expect_error(write_bytes("c.nrrd", start + "spacings: 1 1 1\n\n" + kTwelve), {"line 6", "4 values"});
+}
+
 TEST_F(Nrrd, AttachedAndDetachedRawAndGzip) {
   const Volume volume = patterned({70, 13, 67}, VoxelType::kU64, VolumeKind::kLabels);
   for (const NrrdEncoding encoding : {NrrdEncoding::kRaw, NrrdEncoding::kGzip}) {

@@ -44,6 +44,36 @@ TEST_P(RoundTrip, KeepsVoxelsAndInfo) {
   }
 }
 
+TEST_P(RoundTrip, KeepsSeries) {
+  const std::string name = path(std::string("series") + GetParam());
+  for (const auto& [extent, steps] : {std::pair{Extent{9, 13, 70 * 3}, 3u}, {Extent{5, 7, 4}, 4u}, {Extent{3, 2, 6}, 2u}}) {
+    SCOPED_TRACE(fmt::format("{} {} in {} steps", GetParam(), to_string(extent), steps));
+    Volume volume = patterned(extent, VoxelType::kI16, VolumeKind::kScalars);
+    volume.info().time_steps = steps;
+    write_volume(name, MemorySource(volume));
+    const auto source = open_volume(name);
+    EXPECT_EQ(source->info().extent, extent);
+    EXPECT_EQ(source->info().time_steps, steps);
+    expect_boxes(*source, volume);
+    const Extent step = volume.info().step_extent();
+    for (const auto& [suffix, first, count] :
+         {std::tuple{"[1]", 1u, 1u}, {"[0:1]", 0u, 1u}, {"[1:2]", 1u, 1u}, {"[0:2]", 0u, 2u}}) {
+      const auto part = open_volume(name + suffix);
+      EXPECT_EQ(part->info().extent, (Extent{step.x, step.y, step.z * count})) << suffix;
+      EXPECT_EQ(part->info().time_steps, count) << suffix;
+      EXPECT_EQ(plain_bytes(read_all(*part)),
+                plain_bytes(volume).substr(first * step.voxels() * 2, count * step.voxels() * 2))
+          << suffix;
+    }
+    expect_error(name + fmt::format("[{}]", steps), {fmt::format("from 0 to {}", steps - 1)});
+    expect_error(name + fmt::format("[0:{}]", steps + 1), {"0 <= A < B"});
+  }
+  const Volume single = patterned({3, 2, 6}, VoxelType::kI16, VolumeKind::kScalars);
+  write_volume(name, MemorySource(single));
+  EXPECT_EQ(open_volume(name)->info().time_steps, 1u);
+  expect_error(name + "[0]", {"single volume", "[0]"});
+}
+
 INSTANTIATE_TEST_SUITE_P(Formats, RoundTrip,
                          testing::Values(".h5", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".raw"),
                          [](const auto& info) {
@@ -53,6 +83,17 @@ INSTANTIATE_TEST_SUITE_P(Formats, RoundTrip,
                          });
 
 using Writers = IoTest;
+
+TEST_F(Writers, PrecomputedFoldersHaveNoTime) {
+  Volume volume = patterned({5, 7, 4}, VoxelType::kU8, VolumeKind::kScalars);
+  volume.info().time_steps = 2;
+  try {
+    write_volume(path("a.precomputed"), MemorySource(volume));
+    ADD_FAILURE() << "a series was written";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("no time axis, found a series of 2 steps"), std::string::npos) << error.what();
+  }
+}
 
 TEST_F(Writers, LeaveOnlyTheirFiles) {
   const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
@@ -135,10 +176,10 @@ using Names = IoTest;
 TEST_F(Names, TellVolumesFromOtherFiles) {
   for (const char* name :
        {"a.h5", "a.hdf5", "a.h5:/x", "a.h5:/x/y[3]", "a.h5[3]", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz",
-        "a.nii.gz[2]", "a.raw", "a.precomputed", "a.precomputed/8_8_40", "a.precomputed/b.h5", "new/"}) {
+        "a.nii.gz[2]", "a.nii[0:2]", "a.raw", "a.raw[1]", "a.precomputed", "a.precomputed/8_8_40", "a.precomputed/b.h5", "new/"}) {
     EXPECT_TRUE(is_volume_path(name)) << name;
   }
-  for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.raw[1]", "a", "", "a.nii.bz2"}) {
+  for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.nii[1:]", "a.nii[x]", "a", "", "a.nii.bz2"}) {
     EXPECT_FALSE(is_volume_path(name)) << name;
   }
 }

@@ -1,5 +1,6 @@
 // Inside of the encoder: what must not depend on the sign of eigenvectors, and real volumes.
 #include "codecs/tvq/encoder.hpp"
+#include "codecs/tvq/sub_volume.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -24,8 +25,10 @@ TEST(Encoder, SignsOfEigenvectorsChangeNoVoxel) {
       Encoding encoding;
       encoding.domain = facts.domain;
       const volumes::Box whole{{0, 0, 0}, volume.extent()};
-      encoding.parts.push_back(
-          encode_part(kTvq, facts.domain, {10, 9, 8}, read_blocks(source, facts.domain, whole), volume.extent().voxels(), options, 2));
+      Blocks blocks(read_blocks(source, facts.domain, whole));
+      const Trained trained = train(kTvq, facts.domain, blocks, 720, 0, options, 2);
+      encoding.parts.push_back(tvq::code(kTvq, facts.domain, trained, {10, 9, 8}, blocks, options, 2));
+      encoding.books.push_back(trained.set);
       volumes::VolumeSink sink(volume.info());
       ASSERT_TRUE(make_decoder(kTvq, volume.info(), encoding, {}).value()->decode(0, 1, sink));
       decoded[flip ? 1 : 0] = sink.take();
