@@ -28,7 +28,7 @@
 //       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
-//       where: {dataset|kind|codec|threads|PARAMETER: GLOB}          published: {file: PATH beside this file, table: NAME}
+//       where: {LABEL: GLOB or [GLOBS]}          published: {file: PATH beside this file, table: NAME}
 //       A table that names scene, cache, shading, cache_mib, lod_bias, ao_samples, size or frames is about cells of the stage
 //       render, any other about the rest.
 //       bd_psnr: "zfp rate"    in place of `columns`: lines that agree in `rows` are a curve of PSNR over bits a voxel, and each curve
@@ -56,14 +56,18 @@ struct Pivot {
   std::string metric;
 };
 
+/// A table of a file of published figures.
+struct PublishedPlace {
+  std::string file, table;
+};
+
 struct TableSpec {
   std::string name, title;
   std::vector<std::string>
       rows;  ///< what labels a line: dataset, extent, type, codec, parameters, threads, or a parameter of a codec
   std::vector<std::string> columns;  ///< names of metrics
-  std::vector<std::pair<std::string, std::string>> where;
-  std::string published_file;  ///< empty if none
-  std::string published_table;
+  Conditions where;
+  std::optional<PublishedPlace> published;
   std::optional<Pivot> pivot;
   std::string bd_reference;  ///< labels of the curve that others are compared with; empty: no table of curves
 
