@@ -35,6 +35,7 @@
 //                              is compared with the one whose labels but the data set are these
 //       pivot: {columns: [LABEL, ...], metric: METRIC}      in place of `columns`: one column for each combination of the labels,
 //                                                           each cell "measured (published)"
+//   claims:                    what papers say of these cells, each to be confirmed or refuted: claim_spec.hpp
 //   test_fault: {fault: crash|hang|oom|mismatch|device-lost, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
 #pragma once
 
@@ -46,6 +47,7 @@
 #include <vector>
 
 #include "experiments/cells.hpp"
+#include "experiments/claim_spec.hpp"
 #include "experiments/datasets.hpp"
 
 namespace cvr::experiments {
@@ -54,11 +56,6 @@ namespace cvr::experiments {
 struct Pivot {
   std::vector<std::string> columns;  ///< labels whose combinations become columns
   std::string metric;
-};
-
-/// A table of a file of published figures.
-struct PublishedPlace {
-  std::string file, table;
 };
 
 struct TableSpec {
@@ -91,6 +88,7 @@ struct Config {
   std::string device;          ///< of the render stage; empty: the renderer's choice
   std::vector<Cell> cells;  ///< memcpy first for each data set, stage and number of threads; each cell once
   std::vector<TableSpec> tables;
+  std::vector<ClaimSpec> claims;
   std::optional<TestFault> test_fault;
 };
 

@@ -218,13 +218,13 @@ std::span<const Metric> voxel_metrics() {
       {"relative_error_p99", "rel. error p99", "of f32: |error| / |voxel| that 99 % of the voxels other than 0 do not exceed",
        [](L l) { return error_of(l, "/error/relative_error/p99", "{:.3g}"); }},
       {"pareto", "front", "* where no other line of the data set has at most its bits and at least its PSNR",
-       [](L l) { return Reading(l.on_front ? "*" : ""); }},
+       [](L l) { return Reading(l.on_front ? "*" : ""); }, false},
       {"step_bits_per_voxel", "step bits/voxel", "bits of the file a voxel that each step of a progressive codec needs",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }},
+       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }, false},
       {"step_psnr_db", "step PSNR dB", "of the volume that each step decodes to",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }},
+       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }, false},
       {"step_ms", "step ms", "median wall time of decoding each step",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }},
+       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }, false},
       {"published_rate", "rate %",
        "bytes by the accounting of the papers' tables / bytes of the original by the same, in percent",
        [](L l) { return from_any(l, "/size/published_rate", 3); }},
@@ -273,8 +273,8 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return published_reading(l, &PublishedFigure::seconds, 2); }},
       {"published_gb_per_s", "published GB/s", "the GB/s that the publication states, on its machine",
        [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }},
-      {"samples", "n", "rounds measured, one number a stage", samples_text},
-      {"status", "status", "ok, or the statuses of the stages that are not", status_text},
+      {"samples", "n", "rounds measured, one number a stage", samples_text, false},
+      {"status", "status", "ok, or the statuses of the stages that are not", status_text, false},
   };
   return kMetrics;
 }

@@ -150,12 +150,12 @@ std::span<const Metric> render_metrics() {
          return from_render(l, "/held/cache_complete", [](const Row& complete) {
            return complete.is_null() ? "" : complete.get<bool>() ? "all" : "part";
          });
-       }},
+       }, false},
       {"frame_held_ms", "path; held ms",
        "mean device time of a frame over the camera path, which begins with an empty cache; median of a "
        "frame of the held view "
        "with the cache filled",
-       path_and_held},
+       path_and_held, false},
       {"published_frame_ms", "published ms",
        "the mean ms a frame that the publication states, on its GPU and its volume",
        [](L l) -> Reading {
@@ -186,18 +186,18 @@ std::span<const Metric> render_metrics() {
        [](L l) { return number(l, "/picture_error/label_mismatches", 0); }},
       {"jump_psnr_db", "PSNR dB after a jump",
        "of each frame after the camera has jumped to a view that the cache has not seen",
-       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return psnr(f["psnr_db"]).text; }); }},
+       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return psnr(f["psnr_db"]).text; }); }, false},
       {"first_jump_psnr_db", "PSNR dB of the first frame", "of the first frame after such a jump",
        [](L l) { return from_render(l, "/jump/frames/0/psnr_db", psnr); }},
       {"first_jump_label_errors", "wrong px of the first frame", "pixels with a wrong label in the first frame after such a jump",
        [](L l) { return number(l, "/jump/frames/0/label_mismatches", 0); }},
       {"jump_label_errors", "wrong px after a jump", "pixels with a wrong label in each of these frames",
-       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return f["label_mismatches"].dump(); }); }},
+       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return f["label_mismatches"].dump(); }); }, false},
       {"jump_ms", "ms after a jump", "device time of each of these frames",
        [](L l) {
          return of_each_jump_frame(l,
                                    [](const Row& f) { return fmt::format("{:.3g}", f["ms"].get<double>()); });
-       }},
+       }, false},
       {"gpu_mib", "GPU MiB", "device memory of encoding, cache, tables and images",
        [](L l) { return number(l, "/memory/gpu_bytes", 1, 1.0 / (1 << 20)); }},
       {"cells_read", "cells read", "labels asked for by the rays of the whole path",
