@@ -205,6 +205,17 @@ std::string counts_text(const ClaimVerdict& verdict) {
   return text;
 }
 
+/// Least and largest figure, difference or ratio of all groups.
+std::string range_text(const ClaimVerdict& verdict) {
+  std::vector<double> values;
+  for (const GroupVerdict& group : verdict.groups) {
+    for (const Comparand& compared : group.compared) values.push_back(compared.value);
+  }
+  if (values.empty()) return "";
+  const auto [least, largest] = std::ranges::minmax(values);
+  return least == largest ? fmt::format("; {:.4g}", least) : fmt::format("; {:.4g} .. {:.4g}", least, largest);
+}
+
 std::string quorum_text(Quorum quorum) {
   return quorum == Quorum::kMost ? " in most groups" : quorum == Quorum::kSome ? " in some group" : "";
 }
@@ -277,19 +288,24 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
 }
 
 Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdicts) {
-  Table table{"claims", "Claims" + (config.title.empty() ? "" : ": " + config.title), {"claim", "group", "verdict", "figures"}, 4, {}, {}};
+  Table table{"claims", "Claims" + (config.title.empty() ? "" : ": " + config.title), {"claim", "verdict", "figures"}, 3, {}, {}};
   for (const ClaimVerdict& verdict : verdicts) {
-    const bool single = verdict.groups.size() == 1;
-    const GroupVerdict& first = verdict.groups.front();
-    table.lines.push_back({verdict.claim->name, single ? fmt::format("{}", fmt::join(first.labels, " ")) : "all",
-                           std::string(name_of(verdict.verdict)), single ? first.reason : counts_text(verdict)});
-    for (const GroupVerdict& group : verdict.groups) {
-      if (!single)
-        table.lines.push_back({"", fmt::format("{}", fmt::join(group.labels, " ")), std::string(name_of(group.verdict)), group.reason});
-    }
     const ClaimSpec& claim = *verdict.claim;
+    table.lines.push_back({claim.name, std::string(name_of(verdict.verdict)),
+                           verdict.groups.size() == 1 ? verdict.groups.front().reason : counts_text(verdict) + range_text(verdict)});
     table.notes.push_back(fmt::format("**{}**: \"{}\" ({}). Checked: {}, {}{}.", claim.name, claim.says, claim.source, claim.metric,
                                       claim.describe_bounds(), quorum_text(claim.quorum)));
+  }
+  return table;
+}
+
+Table groups_table(const std::vector<ClaimVerdict>& verdicts) {
+  Table table{"groups", "Each group of these claims", {"claim", "group", "verdict", "figures"}, 4, {}, {}};
+  for (const ClaimVerdict& verdict : verdicts) {
+    for (const GroupVerdict& group : verdict.groups) {
+      table.lines.push_back({verdict.claim->name, fmt::format("{}", fmt::join(group.labels, " ")), std::string(name_of(group.verdict)),
+                             group.reason});
+    }
   }
   return table;
 }

@@ -52,8 +52,10 @@ void check_claims(const Config& config);
 /// The last row of a cell counts. Throws InputError for a file of published figures that cannot be read. Points into `config`.
 std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<Row>& rows);
 
-/// A line for each claim, and one for each of its groups where there are several.
+/// A line for each claim; of several groups how many have which verdict, and the range of their figures.
 Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdicts);
+/// A line for each group of each claim.
+Table groups_table(const std::vector<ClaimVerdict>& verdicts);
 
 /// One object for each group of each claim.
 std::vector<Row> claims_rows(const std::vector<ClaimVerdict>& verdicts);

@@ -26,6 +26,8 @@
 //       held_frames: 5         0 .. 1000 frames of the scene's held view, timed in each round after the path once the picture is exact and
 //                              the cache filled; each is drawn anew as a first frame is; default 0, none
 //       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
+//       keep_pictures: 1       leave the picture of the held view, and eight times its difference to that of the original volume by the
+//                              reference renderer, as PNG in OUT/pictures; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
 //       where: {LABEL: GLOB or [GLOBS]}          published: {file: PATH beside this file, table: NAME}

@@ -105,16 +105,19 @@ std::string json_lines(const std::vector<Row>& rows) {
   return text;
 }
 
+std::string claims_text(const Config& config, const std::vector<ClaimVerdict>& verdicts) {
+  return render(claims_table(config, verdicts), TableFormat::kMarkdown) + "\n" + render(groups_table(verdicts), TableFormat::kMarkdown);
+}
+
 void print_claims(const Config& config, const std::string& out, std::set<std::string>& names) {
   if (config.claims.empty()) return;
   const auto verdicts = judge_claims(config, load_rows((fs::path(out) / "rows.jsonl").string()));
-  const std::string text = render(claims_table(config, verdicts), TableFormat::kMarkdown);
-  fmt::print("{}\n", text);
+  fmt::print("{}\n", render(claims_table(config, verdicts), TableFormat::kMarkdown));
   const fs::path folder = fs::path(out) / "claims";
   fs::create_directories(folder);
   std::string name = fs::path(config.path).stem().string();
   while (!names.insert(name).second) name += "-again";
-  write_text(folder / (name + ".md"), text);
+  write_text(folder / (name + ".md"), claims_text(config, verdicts));
   write_text(folder / (name + ".jsonl"), json_lines(claims_rows(verdicts)));
 }
 
@@ -216,7 +219,7 @@ int claims(const RunChoices& choices) {
   const Config config = load(choices, choices.configs.front());
   if (config.claims.empty()) throw volumes::InputError(fmt::format("{}: expected the key claims, found none", config.path));
   const auto verdicts = judge_claims(config, rows_of_run(choices));
-  fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts)) : render(claims_table(config, verdicts), TableFormat::kMarkdown));
+  fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts)) : claims_text(config, verdicts));
   return kExitOk;
 }
 

@@ -266,13 +266,17 @@ TEST_F(ClaimsTest, AreShownAsATableAndAsLines) {
   const ClaimVerdict verdict = judge(kPair + "metric: bits_per_voxel, compare: ratio, at_least: 0.25, at_most: 0.5, tolerance: 0.05", lossy(0));
   EXPECT_EQ(render(claims_table(config_, verdicts_), TableFormat::kMarkdown),
             "### Claims: T\n\n"
-            "| claim | group | verdict | figures      |\n"
-            "|:------|:------|:--------|:-------------|\n"
-            "| c     | all   | holds   | holds: 2     |\n"
-            "|       | a     | holds   | 1 / 4 = 0.25 |\n"
-            "|       | b     | holds   | 1 / 4 = 0.25 |\n"
+            "| claim | verdict | figures        |\n"
+            "|:------|:--------|:---------------|\n"
+            "| c     | holds   | holds: 2; 0.25 |\n"
             "\n"
             "- **c**: \"S\" (P). Checked: bits_per_voxel, left / right, at least 0.25, at most 0.5, tolerance 0.05.\n");
+  EXPECT_EQ(render(groups_table(verdicts_), TableFormat::kMarkdown),
+            "### Each group of these claims\n\n"
+            "| claim | group | verdict | figures      |\n"
+            "|:------|:------|:--------|:-------------|\n"
+            "| c     | a     | holds   | 1 / 4 = 0.25 |\n"
+            "| c     | b     | holds   | 1 / 4 = 0.25 |\n");
   const auto lines = claims_rows(verdicts_);
   ASSERT_EQ(lines.size(), 2u);
   EXPECT_EQ(lines[1].dump(),
