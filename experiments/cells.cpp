@@ -69,26 +69,27 @@ std::string cell_id(const Cell& cell, const std::string& data_identity) {
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
 
+std::string label_of(const Cell& cell, const std::string& key) {
+  if (key == "dataset") return cell.dataset->name;
+  if (key == "kind") return std::string(name_of(cell.dataset->kind));
+  if (key == "codec") return cell.codec;
+  if (key == "extent")
+    return to_string(cell.dataset->generator ? cell.dataset->generated_extent() : cell.dataset->extent);
+  if (key == "type") return std::string(name_of(cell.dataset->type));
+  if (key == "threads")
+    return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
+  if (key == "parameters") return cell.parameters.canonical();
+  if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) return *label;
+  const auto found = cell.parameters.values().find(key);
+  return found == cell.parameters.values().end() ? "" : found->second;
+}
+
 bool Filter::keeps(const Cell& cell) const {
   std::map<std::string, bool> kept;
   for (const auto& [key, glob] : only) {
-    std::string value;
-    if (key == "dataset") {
-      value = cell.dataset->name;
-    } else if (key == "kind") {
-      value = name_of(cell.dataset->kind);
-    } else if (key == "codec") {
-      value = cell.codec;
-    } else if (key == "stage") {
-      value = name_of(cell.stage);
-    } else if (key == "threads") {
-      value = std::to_string(cell.threads.count);
-    } else if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) {
-      value = *label;
-    } else if (const auto found = cell.parameters.values().find(key);
-               found != cell.parameters.values().end()) {
-      value = found->second;
-    }
+    const std::string value = key == "stage"     ? std::string(name_of(cell.stage))
+                              : key == "threads" ? std::to_string(cell.threads.count)
+                                                 : label_of(cell, key);
     kept[key] = kept[key] || fnmatch(glob.c_str(), value.c_str(), 0) == 0;
   }
   for (const auto& [key, any] : kept) {

@@ -54,10 +54,16 @@ std::string canonical_text(const Cell& cell, const std::string& data_identity);
 /// 16 hexadecimal digits: XXH3-64 of the canonical text.
 std::string cell_id(const Cell& cell, const std::string& data_identity);
 
-/// Keeps a cell: every key of `only` (dataset, kind, codec, stage, threads, one of kRenderLabels, or a parameter's name) has a matching
-/// glob.
+/// What a cell is called in tables: the value of dataset, kind, codec, extent, type, parameters, threads, one of kRenderLabels, or a
+/// parameter's name; "" where the cell has no such thing.
+std::string label_of(const Cell& cell, const std::string& key);
+
+/// Labels and globs.
+using Conditions = std::vector<std::pair<std::string, std::string>>;
+
+/// Keeps a cell: every key of `only` (stage, or what label_of knows, threads as a number) has a matching glob.
 struct Filter {
-  std::vector<std::pair<std::string, std::string>> only;
+  Conditions only;
   bool keeps(const Cell& cell) const;
 };
 

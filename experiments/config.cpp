@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "codecs/registry.hpp"
+#include "experiments/claims.hpp"
 #include "experiments/render_axes.hpp"
 #include "experiments/table_spec.hpp"
 #include "experiments/yaml_reader.hpp"
@@ -365,6 +366,9 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
                       for (const YamlValue& one : v.list("tables"))
                         config.tables.push_back(read_table(one, path));
                     }});
+  fields.push_back({"claims", [&](const YamlValue& v) {
+                      for (const YamlValue& one : v.list("claims")) config.claims.push_back(read_claim(one, path));
+                    }});
   fields.push_back({"test_fault", [&](const YamlValue& v) { config.test_fault = read_fault(v); }});
   root.fields(fields);
   for (const std::string& setting : settings) apply_setting(setting, config);
@@ -372,6 +376,7 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
   if (config.max_rounds < config.rounds) root.reject("expected max_rounds of at least rounds");
   config.hash = hash_config(path, settings);
   config.cells = expand(blocks, config);
+  check_claims(config);
   return config;
 }
 

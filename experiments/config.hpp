@@ -26,15 +26,18 @@
 //       held_frames: 5         0 .. 1000 frames of the scene's held view, timed in each round after the path once the picture is exact and
 //                              the cache filled; each is drawn anew as a first frame is; default 0, none
 //       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
+//       keep_pictures: 1       leave the picture of the held view, and eight times its difference to that of the original volume by the
+//                              reference renderer, as PNG in OUT/pictures; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
-//       where: {dataset|kind|codec|threads|PARAMETER: GLOB}          published: {file: PATH beside this file, table: NAME}
+//       where: {LABEL: GLOB or [GLOBS]}          published: {file: PATH beside this file, table: NAME}
 //       A table that names scene, cache, shading, cache_mib, lod_bias, ao_samples, size or frames is about cells of the stage
 //       render, any other about the rest.
 //       bd_psnr: "zfp rate"    in place of `columns`: lines that agree in `rows` are a curve of PSNR over bits a voxel, and each curve
 //                              is compared with the one whose labels but the data set are these
 //       pivot: {columns: [LABEL, ...], metric: METRIC}      in place of `columns`: one column for each combination of the labels,
 //                                                           each cell "measured (published)"
+//   claims:                    what papers say of these cells, each to be confirmed or refuted: claim_spec.hpp
 //   test_fault: {fault: crash|hang|oom|mismatch|device-lost, codec: GLOB, stage: GLOB}      breaks workers on purpose, for tests
 #pragma once
 
@@ -46,6 +49,7 @@
 #include <vector>
 
 #include "experiments/cells.hpp"
+#include "experiments/claim_spec.hpp"
 #include "experiments/datasets.hpp"
 
 namespace cvr::experiments {
@@ -61,9 +65,8 @@ struct TableSpec {
   std::vector<std::string>
       rows;  ///< what labels a line: dataset, extent, type, codec, parameters, threads, or a parameter of a codec
   std::vector<std::string> columns;  ///< names of metrics
-  std::vector<std::pair<std::string, std::string>> where;
-  std::string published_file;  ///< empty if none
-  std::string published_table;
+  Conditions where;
+  std::optional<PublishedPlace> published;
   std::optional<Pivot> pivot;
   std::string bd_reference;  ///< labels of the curve that others are compared with; empty: no table of curves
 
@@ -87,6 +90,7 @@ struct Config {
   std::string device;          ///< of the render stage; empty: the renderer's choice
   std::vector<Cell> cells;  ///< memcpy first for each data set, stage and number of threads; each cell once
   std::vector<TableSpec> tables;
+  std::vector<ClaimSpec> claims;
   std::optional<TestFault> test_fault;
 };
 

@@ -28,24 +28,31 @@ std::optional<double> number_at(const Row& row, const char* pointer) {
   return row.at(at).get<double>();
 }
 
-/// A number of the row of one stage, or that row's status.
-std::string from_stage(const LineContext& line, Stage stage, const char* pointer, int digits,
-                       double factor = 1) {
+Reading reading_of(double number, int digits) { return {fmt::format("{:.{}f}", number, digits), number}; }
+
+/// The row of a stage through `read`, or its status.
+Reading from_stage(const LineContext& line, Stage stage, const std::function<Reading(const Row&)>& read) {
   const Row* row = row_of(line, stage);
   if (row == nullptr) return "";
-  if (!is_ok(*row)) return row->value("status", "");
-  const auto value = number_at(*row, pointer);
-  return value ? fmt::format("{:.{}f}", *value * factor, digits) : "";
+  return is_ok(*row) ? read(*row) : row->value("status", "");
+}
+
+/// A number of the row of one stage, or that row's status.
+Reading from_stage(const LineContext& line, Stage stage, const char* pointer, int digits, double factor = 1) {
+  return from_stage(line, stage, [&](const Row& row) -> Reading {
+    const auto value = number_at(row, pointer);
+    return value ? reading_of(*value * factor, digits) : "";
+  });
 }
 
 /// The first row that is ok and knows the sizes; else the first status.
-std::string from_any(const LineContext& line, const char* pointer, int digits) {
+Reading from_any(const LineContext& line, const char* pointer, int digits) {
   if (line.pseudo) return "";
   std::string status;
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr) continue;
     if (is_ok(*row)) {
-      if (const auto value = number_at(*row, pointer)) return fmt::format("{:.{}f}", *value, digits);
+      if (const auto value = number_at(*row, pointer)) return reading_of(*value, digits);
     } else if (status.empty() && row->value("status", "") != kUnsupported) {
       status = row->value("status", "");
     }
@@ -55,33 +62,45 @@ std::string from_any(const LineContext& line, const char* pointer, int digits) {
   return any ? std::string(kUnsupported) : "";
 }
 
-std::string seconds_text(const LineContext& line, Stage stage) {
-  const Row* row = row_of(line, stage);
-  if (row == nullptr) return "";
-  if (!is_ok(*row)) return row->value("status", "");
-  const auto value = number_at(*row, "/time/seconds/median");
-  return value ? fmt::format("{:.3g}", *value) : "";
+std::vector<double> samples_of(const Row& row, const char* pointer) {
+  const Pointer at(pointer);
+  return row.contains(at) ? row.at(at).get<std::vector<double>>() : std::vector<double>{};
 }
 
-std::string whole_seconds_text(const LineContext& line) {
-  const Row* row = row_of(line, Stage::kDecode);
-  if (row == nullptr || !is_ok(*row)) return row == nullptr ? "" : row->value("status", "");
-  const auto value = number_at(*row, "/time/seconds/median");
-  return value ? fmt::format("{:.3g}", *value * whole_over_part(*row)) : "";
+/// Median seconds of "seconds" or "cpu_seconds".
+Reading seconds(const LineContext& line, Stage stage, const std::string& series, const char* format) {
+  return from_stage(line, stage, [&](const Row& row) -> Reading {
+    const auto value = number_at(row, ("/time/" + series + "/median").c_str());
+    if (!value) return "";
+    return timed({fmt::format(fmt::runtime(format), *value), *value}, samples_of(row, ("/time/" + series + "/samples").c_str()));
+  });
 }
 
-std::string access_text(const LineContext& line, std::string_view points) {
-  const Row* row = row_of(line, Stage::kRandomAccess);
-  if (row == nullptr) return "";
-  if (!is_ok(*row)) return row->value("status", "");
-  for (const Row& series : row->value("access", Row::array())) {
-    if (series.value("points", "") != points || series.value("lod", 1) != 0) continue;
-    if (const auto value = number_at(series, "/ns_per_voxel/median")) return fmt::format("{:.1f}", *value);
+/// What the row states as work a second: its interval is that of the seconds, inverted.
+Reading speed(const LineContext& line, Stage stage, const char* pointer, int digits) {
+  Reading reading = from_stage(line, stage, pointer, digits);
+  if (!reading.number) return reading;
+  const Reading time = seconds(line, stage, "seconds", "{}");
+  reading.timed = true;
+  if (time.interval && time.interval->low > 0) {
+    const double work = *reading.number * *time.number;
+    reading.interval = {work / time.interval->high, work / time.interval->low};
   }
-  return "";
+  return reading;
 }
 
-std::string exact_text(const LineContext& line) {
+Reading access_time(const LineContext& line, std::string_view points) {
+  return from_stage(line, Stage::kRandomAccess, [&](const Row& row) -> Reading {
+    for (const Row& series : row.value("access", Row::array())) {
+      if (series.value("points", "") != points || series.value("lod", 1) != 0) continue;
+      if (const auto value = number_at(series, "/ns_per_voxel/median"))
+        return timed(reading_of(*value, 1), samples_of(series, "/ns_per_voxel/samples"));
+    }
+    return "";
+  });
+}
+
+Reading exact_text(const LineContext& line) {
   if (line.pseudo) return "";
   std::uint64_t compared = 0, mismatches = 0;
   for (const auto& [stage, row] : line.rows) {
@@ -90,7 +109,8 @@ std::string exact_text(const LineContext& line) {
     compared = std::max(compared, verification.value("voxels_compared", std::uint64_t{0}));
     mismatches = std::max(mismatches, verification.value("mismatches", std::uint64_t{0}));
   }
-  return compared == 0 ? "" : fmt::format("{} of {} differ", mismatches, compared);
+  if (compared == 0) return "";
+  return {fmt::format("{} of {} differ", mismatches, compared), static_cast<double>(mismatches)};
 }
 
 /// The row of a stage that is ok and verified voxels; nullptr if there is none.
@@ -104,15 +124,17 @@ const Row* verified_row(const LineContext& line) {
 bool is_exact(const Row& row) { return row["verification"].value("mismatches", std::uint64_t{1}) == 0; }
 
 /// A number of the error of a volume; "exact" where it has none because nothing differs; else the first status.
-std::string error_text(const LineContext& line, const char* pointer, const char* format) {
+Reading error_of(const LineContext& line, const char* pointer, const char* format) {
   if (line.pseudo) return "";
   const Row* row = verified_row(line);
   if (row == nullptr) return from_any(line, pointer, 3);
-  if (const auto value = number_at(*row, pointer)) return fmt::format(fmt::runtime(format), *value);
-  return is_exact(*row) ? "exact" : "";
+  if (const auto value = number_at(*row, pointer)) return {fmt::format(fmt::runtime(format), *value), *value};
+  if (!is_exact(*row)) return "";
+  const bool psnr = std::string_view(pointer).ends_with("psnr_db");
+  return {"exact", psnr ? std::numeric_limits<double>::infinity() : 0};
 }
 
-std::string of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits, double factor = 1) {
+Reading of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits, double factor = 1) {
   const Row* row = row_of(line, stage);
   if (row == nullptr || !is_ok(*row) || !row->contains("steps")) return "";
   std::string text;
@@ -123,7 +145,7 @@ std::string of_each_step(const LineContext& line, Stage stage, const char* point
   return text;
 }
 
-std::string status_text(const LineContext& line) {
+Reading status_text(const LineContext& line) {
   std::string text;
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr || is_ok(*row)) continue;
@@ -132,7 +154,7 @@ std::string status_text(const LineContext& line) {
   return text.empty() ? "ok" : text;
 }
 
-std::string samples_text(const LineContext& line) {
+Reading samples_text(const LineContext& line) {
   std::string text;
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr || !is_ok(*row)) continue;
@@ -141,31 +163,33 @@ std::string samples_text(const LineContext& line) {
   return text;
 }
 
-std::string peak_text(const LineContext& line) {
+Reading peak_text(const LineContext& line) {
   double peak = 0;
   for (const auto& [stage, row] : line.rows) {
     if (row != nullptr && is_ok(*row))
       peak = std::max(peak, number_at(*row, "/memory/peak_bytes").value_or(0));
   }
-  return peak == 0 ? "" : fmt::format("{:.0f}", peak / (1 << 20));
+  if (peak == 0) return "";
+  return reading_of(peak / (1 << 20), 0);
 }
 
 /// Empty where the codec has no encoding for a GPU.
-std::string gpu_text(const LineContext& line) {
-  const auto value = number_at(*verified_row(line), "/size/gpu_bits_per_voxel");
-  return value ? fmt::format("{:.4f}", *value) : "";
+Reading gpu_bits(const LineContext& line) {
+  const Row* row = verified_row(line);
+  const auto value = row == nullptr ? std::nullopt : number_at(*row, "/size/gpu_bits_per_voxel");
+  return value ? reading_of(*value, 4) : "";
 }
 
-std::string published_text(const std::optional<double>& value, int digits) {
-  return value ? fmt::format("{:.{}f}", *value, digits) : "";
+Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::* figure, int digits) {
+  if (line.published == nullptr || !(line.published->*figure)) return "";
+  return reading_of(*(line.published->*figure), digits);
 }
 
-std::string ratio_text(const LineContext& line) {
+Reading ratio_to_published(const LineContext& line) {
   if (line.published == nullptr || !line.published->rate || *line.published->rate == 0) return "";
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr || !is_ok(*row)) continue;
-    if (const auto rate = number_at(*row, "/size/published_rate"))
-      return fmt::format("{:.3f}", *rate / *line.published->rate);
+    if (const auto rate = number_at(*row, "/size/published_rate")) return reading_of(*rate / *line.published->rate, 3);
   }
   return "";
 }
@@ -179,31 +203,31 @@ std::span<const Metric> voxel_metrics() {
       {"bits_per_voxel", "bits/voxel", "bits of the whole file a voxel",
        [](L l) { return from_any(l, "/size/bits_per_voxel", 4); }},
       {"gpu_bits_per_voxel", "GPU bits/voxel", "bits a voxel of all buffers that a GPU decodes a lossy codec's volume from",
-       [](L l) { return verified_row(l) == nullptr ? "" : gpu_text(l); }},
+       gpu_bits},
       {"volume_psnr_db", "PSNR dB",
        "of the decoded volume: 10 log10(peak^2 / mean squared error), peak 255 for u8, else the range of the original",
-       [](L l) { return error_text(l, "/error/psnr_db", "{:.2f}"); }},
+       [](L l) { return error_of(l, "/error/psnr_db", "{:.2f}"); }},
       {"time_steps", "steps", "time steps of a series", [](L l) { return from_any(l, "/dataset/time_steps", 0); }},
       {"worst_step_psnr_db", "worst step PSNR dB", "of the time step of a series with the largest mean squared error, by the peak of the whole",
-       [](L l) { return error_text(l, "/error/worst_step_psnr_db", "{:.2f}"); }},
+       [](L l) { return error_of(l, "/error/worst_step_psnr_db", "{:.2f}"); }},
       {"edge_psnr_db", "edge PSNR dB", "the same over the 5 % of the voxels of steepest gradient",
-       [](L l) { return error_text(l, "/error/edge_psnr_db", "{:.2f}"); }},
+       [](L l) { return error_of(l, "/error/edge_psnr_db", "{:.2f}"); }},
       {"largest_error", "max error", "largest absolute error of a voxel",
-       [](L l) { return error_text(l, "/error/largest_error", "{:.4g}"); }},
+       [](L l) { return error_of(l, "/error/largest_error", "{:.4g}"); }},
       {"mean_squared_error", "MSE", "mean squared error of the voxels",
-       [](L l) { return error_text(l, "/error/mean_squared_error", "{:.4g}"); }},
+       [](L l) { return error_of(l, "/error/mean_squared_error", "{:.4g}"); }},
       {"edge_mean_squared_error", "edge MSE", "mean squared error of the 5 % of the voxels of steepest gradient",
-       [](L l) { return error_text(l, "/error/edge_mean_squared_error", "{:.4g}"); }},
+       [](L l) { return error_of(l, "/error/edge_mean_squared_error", "{:.4g}"); }},
       {"relative_error_p99", "rel. error p99", "of f32: |error| / |voxel| that 99 % of the voxels other than 0 do not exceed",
-       [](L l) { return error_text(l, "/error/relative_error/p99", "{:.3g}"); }},
+       [](L l) { return error_of(l, "/error/relative_error/p99", "{:.3g}"); }},
       {"pareto", "front", "* where no other line of the data set has at most its bits and at least its PSNR",
-       [](L l) { return std::string(l.on_front ? "*" : ""); }},
+       [](L l) { return Reading(l.on_front ? "*" : ""); }, false},
       {"step_bits_per_voxel", "step bits/voxel", "bits of the file a voxel that each step of a progressive codec needs",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }},
+       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }, false},
       {"step_psnr_db", "step PSNR dB", "of the volume that each step decodes to",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }},
+       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }, false},
       {"step_ms", "step ms", "median wall time of decoding each step",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }},
+       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }, false},
       {"published_rate", "rate %",
        "bytes by the accounting of the papers' tables / bytes of the original by the same, in percent",
        [](L l) { return from_any(l, "/size/published_rate", 3); }},
@@ -212,51 +236,54 @@ std::span<const Metric> voxel_metrics() {
       {"original_labels", "labels of original", "distinct labels of the original, as its description states them",
        [](L l) { return from_any(l, "/dataset/original_labels", 0); }},
       {"rate_gzip", "rate % gzip -6", "the whole file through gzip -6, in percent of the original",
-       [](L l) { return l.pseudo ? "" : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3); }},
+       [](L l) { return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3); }},
       {"rate_xz", "rate % xz -6", "the whole file through xz -6, in percent of the original",
-       [](L l) { return l.pseudo ? "" : from_stage(l, Stage::kEncode, "/size/rate_xz", 3); }},
+       [](L l) { return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_xz", 3); }},
       {"published", "published %", "the rate that the publication states, in percent",
-       [](L l) { return l.published == nullptr ? "" : published_text(l.published->rate, 3); }},
-      {"ratio", "ours/published", "published_rate measured here / rate published", ratio_text},
+       [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }},
+      {"ratio", "ours/published", "published_rate measured here / rate published", ratio_to_published},
       {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",
-       [](L l) { return seconds_text(l, Stage::kEncode); }},
+       [](L l) { return seconds(l, Stage::kEncode, "seconds", "{:.3g}"); }},
       {"encode_gb_per_s", "encode GB/s", "10^9 bytes of the original encoded a second of wall time",
-       [](L l) { return from_stage(l, Stage::kEncode, "/time/gb_per_s", 3); }},
+       [](L l) { return speed(l, Stage::kEncode, "/time/gb_per_s", 3); }},
       {"encode_mvoxel_per_s", "encode Mvoxel/s", "10^6 voxels encoded a second of wall time",
-       [](L l) { return from_stage(l, Stage::kEncode, "/time/mvoxel_per_s", 1); }},
+       [](L l) { return speed(l, Stage::kEncode, "/time/mvoxel_per_s", 1); }},
       {"encode_interval", "encode +-%",
        "half width of the 95 % interval of the median encoding time, in percent",
        [](L l) { return from_stage(l, Stage::kEncode, "/time/relative_interval", 1, 50); }},
       {"encode_cpu_seconds", "encode CPU s", "median processor time of encoding, all threads together",
-       [](L l) { return from_stage(l, Stage::kEncode, "/time/cpu_seconds/median", 4); }},
+       [](L l) { return seconds(l, Stage::kEncode, "cpu_seconds", "{:.4f}"); }},
       {"decode_seconds", "decode s", "median wall time of opening and decoding into memory",
-       [](L l) { return seconds_text(l, Stage::kDecode); }},
+       [](L l) { return seconds(l, Stage::kDecode, "seconds", "{:.3g}"); }},
       {"decode_gb_per_s", "decode GB/s", "10^9 bytes of the original decoded a second of wall time",
-       [](L l) { return from_stage(l, Stage::kDecode, "/time/gb_per_s", 3); }},
+       [](L l) { return speed(l, Stage::kDecode, "/time/gb_per_s", 3); }},
       {"decode_mvoxel_per_s", "decode Mvoxel/s", "10^6 voxels decoded a second of wall time",
-       [](L l) { return from_stage(l, Stage::kDecode, "/time/mvoxel_per_s", 1); }},
+       [](L l) { return speed(l, Stage::kDecode, "/time/mvoxel_per_s", 1); }},
       {"decode_interval", "decode +-%",
        "half width of the 95 % interval of the median decoding time, in percent",
        [](L l) { return from_stage(l, Stage::kDecode, "/time/relative_interval", 1, 50); }},
       {"decode_whole_seconds", "decode s, whole",
        "decode_seconds times voxels of the original / voxels decoded: what the whole volume would take",
-       [](L l) { return whole_seconds_text(l); }},
+       [](L l) {
+         const Reading part = seconds(l, Stage::kDecode, "seconds", "{}");
+         return part.number ? of_whole(part, *row_of(l, Stage::kDecode)) : part;
+       }},
       {"access_uniform_ns", "access ns", "median ns a voxel, uniform points, finest level",
-       [](L l) { return access_text(l, "uniform"); }},
+       [](L l) { return access_time(l, "uniform"); }},
       {"access_clustered_ns", "clustered ns", "median ns a voxel, points along rays, finest level",
-       [](L l) { return access_text(l, "clustered"); }},
+       [](L l) { return access_time(l, "clustered"); }},
       {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
-       [](L l) { return access_text(l, "one-label"); }},
+       [](L l) { return access_time(l, "one-label"); }},
       {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
       {"peak_mib", "peak MiB",
        "largest resident memory while encoding or decoding, the mapped input included", peak_text},
       {"published_seconds", "published s",
        "the seconds that the publication states, on its machine and its volume",
-       [](L l) { return l.published == nullptr ? "" : published_text(l.published->seconds, 2); }},
+       [](L l) { return published_reading(l, &PublishedFigure::seconds, 2); }},
       {"published_gb_per_s", "published GB/s", "the GB/s that the publication states, on its machine",
-       [](L l) { return l.published == nullptr ? "" : published_text(l.published->gb_per_s, 3); }},
-      {"samples", "n", "rounds measured, one number a stage", samples_text},
-      {"status", "status", "ok, or the statuses of the stages that are not", status_text},
+       [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }},
+      {"samples", "n", "rounds measured, one number a stage", samples_text, false},
+      {"status", "status", "ok, or the statuses of the stages that are not", status_text, false},
   };
   return kMetrics;
 }

@@ -12,6 +12,7 @@
 #include "experiments/cells.hpp"
 #include "experiments/published.hpp"
 #include "experiments/rate_distortion.hpp"
+#include "experiments/reading.hpp"
 #include "experiments/rows.hpp"
 
 namespace cvr::experiments {
@@ -28,8 +29,8 @@ struct Metric {
   std::string_view name;
   std::string_view heading;  ///< with the unit
   std::string_view description;
-  /// The text of the cell; "" where there is none; the status where the row that it needs is not ok.
-  std::string (*text)(const LineContext&);
+  Reading (*read)(const LineContext&);
+  bool numeric = true;  ///< whether what it reads is a number, as claims need it
 };
 
 /// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok knows both.

@@ -118,7 +118,8 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
        }},
       {"jump_frames", [this](const YamlValue& v) { jump_frames_ = read_count(v, 1, kMostJumpFrames); }},
       {"held_frames", [this](const YamlValue& v) { held_frames_ = read_count(v, 0, kMostHeldFrames); }},
-      {"picture_error", [this](const YamlValue& v) { picture_error_ = v.integer(0, 1) == 1; }}};
+      {"picture_error", [this](const YamlValue& v) { picture_error_ = v.integer(0, 1) == 1; }},
+      {"keep_pictures", [this](const YamlValue& v) { keep_pictures_ = v.integer(0, 1) == 1; }}};
   std::vector<YamlValue::Field> noted;
   for (const YamlValue::Field& field : plain) {
     noted.push_back({field.key, [this, field](const YamlValue& v) {
@@ -156,6 +157,7 @@ RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& acces
   choice.jump_frames = jump_frames_;
   choice.held_frames = held_frames_;
   choice.picture_error = picture_error_;
+  choice.keep_pictures = keep_pictures_;
   return choice;
 }
 

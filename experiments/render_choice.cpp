@@ -25,9 +25,9 @@ std::string cache_text(const RenderChoice& choice) {
 
 std::string RenderChoice::key() const {
   return fmt::format(
-      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}{}", scene,
+      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}{}{}", scene,
       access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
-      jump_frames, held_frames, picture_error ? 1 : 0, step ? fmt::format("|step={}", *step) : "");
+      jump_frames, held_frames, picture_error ? 1 : 0, step ? fmt::format("|step={}", *step) : "", keep_pictures ? "|pictures=1" : "");
 }
 
 std::string RenderChoice::identity() const {
@@ -74,6 +74,7 @@ Row to_row(const RenderChoice& choice) {
   row["held_frames"] = choice.held_frames;
   if (choice.step) row["step"] = *choice.step;
   row["picture_error"] = choice.picture_error;
+  row["keep_pictures"] = choice.keep_pictures;
   row["device"] = choice.device;
   return row;
 }
@@ -96,6 +97,7 @@ RenderChoice render_choice_from_row(const Row& row) {
   choice.held_frames = row.at("held_frames").get<std::uint32_t>();
   if (row.contains("step")) choice.step = row["step"].get<std::uint32_t>();
   choice.picture_error = row.at("picture_error").get<bool>();
+  choice.keep_pictures = row.at("keep_pictures").get<bool>();
   choice.device = row.at("device").get<std::string>();
   return choice;
 }

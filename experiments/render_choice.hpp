@@ -36,6 +36,7 @@ struct RenderChoice {
   std::uint32_t held_frames = 0;  ///< timed of the scene's held view, once its cache is filled; 0: none
   std::optional<std::uint32_t> step;  ///< progressive step of a lossy codec that is drawn; none: the whole encoding
   bool picture_error = false;     ///< compare with the picture of level bias 0 and many samples
+  bool keep_pictures = false;     ///< leave the held view and its difference to the original's in the results
   std::string device;             ///< as the user names it; empty: the renderer's own choice
   bool operator==(const RenderChoice&) const = default;
 

@@ -4,6 +4,7 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -177,6 +178,17 @@ class Runner {
     }
   }
 
+  /// OUT/pictures/DATASET-CODEC-SCENE-ID, whatever characters the names have.
+  std::string place_of_pictures(const PlannedCell& planned) const {
+    std::string name = fmt::format("{}-{}-{}-{}", planned.cell.dataset->name, planned.cell.codec,
+                                   fs::path(planned.cell.render->scene).stem().string(), planned.id);
+    std::ranges::replace_if(
+        name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_' && c != '.'; }, '_');
+    const fs::path folder = fs::path(options_.out) / "pictures";
+    fs::create_directories(folder);
+    return fs::absolute(folder / name).string();
+  }
+
   WorkerSpec spec_of(const PlannedCell& planned) const {
     WorkerSpec spec;
     spec.location = *planned.location;
@@ -191,6 +203,7 @@ class Runner {
     spec.seed = config_.seed;
     spec.lods = config_.lods;
     spec.render = planned.cell.render;
+    if (spec.render && spec.render->keep_pictures) spec.pictures = place_of_pictures(planned);
     if (config_.test_fault && fnmatch(config_.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
         fnmatch(config_.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
       spec.fault = config_.test_fault->fault;

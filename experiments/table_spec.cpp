@@ -11,10 +11,8 @@
 
 namespace cvr::experiments {
 
-namespace {
-
 std::string read_line_label(const YamlValue& value) {
-  std::vector<std::string> labels{"dataset", "extent", "type", "codec", "parameters", "threads"};
+  std::vector<std::string> labels{"dataset", "extent", "type", "kind", "codec", "parameters", "threads"};
   for (const std::string_view label : kRenderLabels) labels.emplace_back(label);
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     for (const auto& spec : codec->parameters()) {
@@ -33,6 +31,32 @@ std::string read_metric(const YamlValue& value) {
     value.expected("a metric ('list metrics' names them)" + did_you_mean(value.text(), metric_names()));
   return value.text();
 }
+
+Conditions read_conditions(const YamlValue& value) {
+  Conditions conditions;
+  for (const auto& [key, globs] : value.entries()) {
+    const std::string label = read_line_label(key);
+    for (const YamlValue& glob : globs.list_or_one("globs")) conditions.emplace_back(label, glob.text("a glob"));
+  }
+  return conditions;
+}
+
+PublishedPlace read_published_place(const YamlValue& value, const std::string& config_path) {
+  PublishedPlace place;
+  value.fields({{"file",
+                 [&](const YamlValue& f) {
+                   const auto beside = std::filesystem::path(config_path).parent_path() / f.text("a path");
+                   place.file = beside.lexically_normal().string();
+                   if (!std::filesystem::exists(place.file)) f.expected("a file at " + place.file);
+                 },
+                 true},
+                {"table", [&](const YamlValue& f) { place.table = f.text("a name"); }, true}});
+  return place;
+}
+
+bool is_render_label(std::string_view name) { return std::ranges::find(kRenderLabels, name) != kRenderLabels.end(); }
+
+namespace {
 
 Pivot read_pivot(const YamlValue& value) {
   Pivot pivot;
@@ -64,23 +88,8 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
         }},
        {"bd_psnr", [&](const YamlValue& v) { table.bd_reference = v.text("the labels of a curve"); }},
        {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v); }},
-       {"where",
-        [&](const YamlValue& v) {
-          for (const auto& [key, glob] : v.entries())
-            table.where.emplace_back(key.text(), glob.text("a glob"));
-        }},
-       {"published", [&](const YamlValue& v) {
-          v.fields({{"file",
-                     [&](const YamlValue& f) {
-                       const auto beside =
-                           std::filesystem::path(config_path).parent_path() / f.text("a path");
-                       table.published_file = beside.lexically_normal().string();
-                       if (!std::filesystem::exists(table.published_file))
-                         f.expected("a file at " + table.published_file);
-                     },
-                     true},
-                    {"table", [&](const YamlValue& f) { table.published_table = f.text("a name"); }, true}});
-        }}});
+       {"where", [&](const YamlValue& v) { table.where = read_conditions(v); }},
+       {"published", [&](const YamlValue& v) { table.published = read_published_place(v, config_path); }}});
   if (const int kinds = (table.columns.empty() ? 0 : 1) + (table.pivot ? 1 : 0) + (table.bd_reference.empty() ? 0 : 1); kinds != 1)
     value.reject(fmt::format("expected one of the keys columns, pivot and bd_psnr, found {}", kinds == 0 ? "none" : "several"));
   if (table.name.find('/') != std::string::npos)
@@ -89,9 +98,6 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
 }
 
 bool TableSpec::renders() const {
-  const auto is_render_label = [](const std::string& name) {
-    return std::ranges::find(kRenderLabels, name) != kRenderLabels.end();
-  };
   return std::ranges::any_of(rows, is_render_label) ||
          (pivot && std::ranges::any_of(pivot->columns, is_render_label)) ||
          std::ranges::any_of(where, [&](const auto& condition) { return is_render_label(condition.first); });

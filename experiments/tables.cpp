@@ -12,58 +12,11 @@
 #include "experiments/provenance.hpp"
 #include "experiments/published.hpp"
 #include "experiments/render_metrics.hpp"
+#include "experiments/table_lines.hpp"
 
 namespace cvr::experiments {
 
 namespace {
-
-struct TableLine {
-  const Cell* cell;  ///< any of the line
-  std::map<Stage, const Row*> rows;
-};
-
-std::string label_of(const Cell& cell, const std::string& key) {
-  if (key == "dataset") return cell.dataset->name;
-  if (key == "codec") return cell.codec;
-  if (key == "extent")
-    return to_string(cell.dataset->generator ? cell.dataset->generated_extent() : cell.dataset->extent);
-  if (key == "type") return std::string(name_of(cell.dataset->type));
-  if (key == "threads")
-    return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
-  if (key == "parameters") return cell.parameters.canonical();
-  if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) return *label;
-  const auto found = cell.parameters.values().find(key);
-  return found == cell.parameters.values().end() ? "" : found->second;
-}
-
-/// The lines in the order of the configuration, memcpy first for each data set.
-std::vector<TableLine> collect_lines(const TableSpec& spec, const Config& config,
-                                     const std::map<std::string, Row>& latest) {
-  std::vector<TableLine> lines;
-  std::map<std::string, std::size_t> by_key;
-  const Filter where{spec.where};
-  for (const Cell& cell : config.cells) {
-    if (cell.render.has_value() != spec.renders()) continue;
-    // memcpy has no parameters; conditions on them do not take its line away.
-    Filter applicable = where;
-    if (cell.codec == kMemcpy) {
-      std::erase_if(applicable.only, [](const auto& c) {
-        return c.first != "dataset" && c.first != "kind" && c.first != "codec" && c.first != "threads";
-      });
-    }
-    if (!applicable.keeps(cell)) continue;
-    const auto [at, added] = by_key.emplace(cell.line_key(), lines.size());
-    if (added) lines.push_back({&cell, {}});
-    const auto row = latest.find(cell.row_key());
-    lines[at->second].rows[cell.stage] = row == latest.end() ? nullptr : &row->second;
-  }
-  // Line order: data sets, then threads, then codecs as the configuration lists them.
-  std::map<std::string, std::size_t> dataset_order;
-  for (const TableLine& line : lines) dataset_order.emplace(line.cell->dataset->name, dataset_order.size());
-  std::ranges::stable_sort(lines, {},
-                           [&](const TableLine& line) { return dataset_order[line.cell->dataset->name]; });
-  return lines;
-}
 
 void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::string>& notes) {
   std::map<std::string, std::vector<std::string>> reasons;
@@ -139,7 +92,7 @@ std::string explain_columns(const TableSpec& spec) {
   }
   if (spec.pivot) {
     const Metric* metric = find_metric(spec.pivot->metric);
-    const std::string_view published = spec.published_file.empty() || published_beside(*metric) == nullptr
+    const std::string_view published = !spec.published || published_beside(*metric) == nullptr
                                            ? ""
                                            : ", and in parentheses what the publication states";
     return fmt::format("Cells: **{}** {}{}. Columns: {}.", metric->heading, metric->description, published,
@@ -231,10 +184,6 @@ std::string render_latex(const Table& table) {
 
 using Published = std::optional<PublishedTable>;
 
-LineContext context_of(const TableLine& line, const Published& published) {
-  return {line.rows, published ? published->find(*line.cell) : nullptr, line.cell->codec == kMemcpy};
-}
-
 /// For each line, whether it is on the front of its data set.
 std::vector<bool> find_front(const std::vector<TableLine>& lines) {
   std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<RatePoint>>> by_dataset;
@@ -263,7 +212,7 @@ void fill_columns(const TableSpec& spec, const std::vector<TableLine>& lines, co
     context.on_front = on_front[i];
     std::vector<std::string> cells;
     for (const std::string& key : spec.rows) cells.push_back(label_of(*line.cell, key));
-    for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->text(context));
+    for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->read(context).text);
     table.lines.push_back(std::move(cells));
   }
 }
@@ -308,8 +257,8 @@ void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines, cons
     const LineContext context = context_of(line, published);
     std::string& cell = table.lines[place_of(labels, *line.cell, spec.rows)]
                                    [spec.rows.size() + place_of(columns, *line.cell, spec.pivot->columns)];
-    std::string text = metric.text(context);
-    if (const std::string stated = beside == nullptr ? "" : beside->text(context); !stated.empty())
+    std::string text = metric.read(context).text;
+    if (const std::string stated = beside == nullptr ? "" : beside->read(context).text; !stated.empty())
       text += fmt::format("{}({})", text.empty() ? "" : " ", stated);
     if (!text.empty()) cell += (cell.empty() ? "" : " / ") + text;
   }
@@ -386,9 +335,9 @@ std::optional<TableFormat> table_format_from_name(std::string_view name) {
 Table make_table(const TableSpec& spec, const Config& config, const std::vector<Row>& rows) {
   Table table{spec.name, spec.title, {}, spec.rows.size(), {}, {}};
   std::optional<PublishedTable> published;
-  if (!spec.published_file.empty()) published = load_published(spec.published_file, spec.published_table);
+  if (spec.published) published = load_published(spec.published->file, spec.published->table);
   const auto latest = latest_by(rows, "key");
-  const auto lines = collect_lines(spec, config, latest);
+  const auto lines = collect_lines(Filter{spec.where}, spec.renders(), config, latest);
   for (const std::string& key : spec.rows) table.headings.push_back(key);
   table.notes.push_back(explain_columns(spec));
   if (spec.pivot) {

@@ -67,6 +67,13 @@ double structural_similarity(const Image& a, const Image& b) {
   return windows == 0 ? 1 : sum / static_cast<double>(windows);
 }
 
+void require_same_size(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height) {
+    throw InputError(fmt::format("expected two images of the same size, found {}x{} and {}x{}", a.width,
+                                 a.height, b.width, b.height));
+  }
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> Image::rgb8() const {
@@ -77,10 +84,7 @@ std::vector<std::uint8_t> Image::rgb8() const {
 }
 
 ImageDifference compare(const Image& a, const Image& b) {
-  if (a.width != b.width || a.height != b.height) {
-    throw InputError(fmt::format("expected two images of the same size, found {}x{} and {}x{}", a.width,
-                                 a.height, b.width, b.height));
-  }
+  require_same_size(a, b);
   ImageDifference difference;
   difference.pixels = a.pixels();
   for (std::size_t i = 0; i < a.labels.size(); ++i) difference.labels += a.labels[i] != b.labels[i];
@@ -96,6 +100,15 @@ ImageDifference compare(const Image& a, const Image& b) {
   if (difference.mse > 0) difference.psnr = -10 * std::log10(difference.mse);
   difference.ssim = structural_similarity(a, b);
   return difference;
+}
+
+std::vector<std::uint8_t> difference_rgb8(const Image& a, const Image& b, double gain) {
+  require_same_size(a, b);
+  std::vector<std::uint8_t> bytes(a.colour.size());
+  std::ranges::transform(a.colour, b.colour, bytes.begin(), [gain](float x, float y) {
+    return static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, gain * std::abs(static_cast<double>(shown(x)) - shown(y)))));
+  });
+  return bytes;
 }
 
 void write_png(const std::string& path, std::uint32_t width, std::uint32_t height,

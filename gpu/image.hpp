@@ -32,6 +32,8 @@ struct ImageDifference {
 
 /// Both of the same size.
 ImageDifference compare(const Image& a, const Image& b);
+/// The absolute differences of the channels as they are shown, times `gain`, white at most; 3 bytes a pixel. Both of the same size.
+std::vector<std::uint8_t> difference_rgb8(const Image& a, const Image& b, double gain);
 
 /// Writes 8-bit RGB. Throws InputError naming the file.
 void write_png(const std::string& path, std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgb);

@@ -16,7 +16,7 @@ namespace cvr::experiments::cli {
 inline constexpr int kExitOk = 0, kExitCheckFailed = 1, kExitUsage = 2, kExitEnvironment = 3;
 
 void add_run_commands(CLI::App& app, const Environment& environment,
-                      int& exit_code);  // run, plan, table, worker
+                      int& exit_code);  // run, plan, table, claims, worker
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code);  // list
 void add_volume_commands(CLI::App& app, int& exit_code);                               // generate, convert
 void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate

@@ -1,4 +1,4 @@
-// run, plan, table, and the hidden worker
+// run, plan, table, claims, and the hidden worker
 #include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
@@ -8,6 +8,7 @@
 #include <iostream>
 #include <set>
 
+#include "experiments/claims.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/runner.hpp"
 #include "experiments/tables.hpp"
@@ -98,6 +99,28 @@ void print_tables(const Config& config, const std::string& out, std::set<std::st
   }
 }
 
+std::string json_lines(const std::vector<Row>& rows) {
+  std::string text;
+  for (const Row& row : rows) text += row.dump(-1, ' ', false, Row::error_handler_t::replace) + "\n";
+  return text;
+}
+
+std::string claims_text(const Config& config, const std::vector<ClaimVerdict>& verdicts) {
+  return render(claims_table(config, verdicts), TableFormat::kMarkdown) + "\n" + render(groups_table(verdicts), TableFormat::kMarkdown);
+}
+
+void print_claims(const Config& config, const std::string& out, std::set<std::string>& names) {
+  if (config.claims.empty()) return;
+  const auto verdicts = judge_claims(config, load_rows((fs::path(out) / "rows.jsonl").string()));
+  fmt::print("{}\n", render(claims_table(config, verdicts), TableFormat::kMarkdown));
+  const fs::path folder = fs::path(out) / "claims";
+  fs::create_directories(folder);
+  std::string name = fs::path(config.path).stem().string();
+  while (!names.insert(name).second) name += "-again";
+  write_text(folder / (name + ".md"), claims_text(config, verdicts));
+  write_text(folder / (name + ".jsonl"), json_lines(claims_rows(verdicts)));
+}
+
 int run(const RunChoices& choices, const Environment& environment) {
   if (choices.resume && choices.force) throw volumes::InputError("expected --resume or --force, found both");
   std::vector<Config> configs;
@@ -137,10 +160,12 @@ int run(const RunChoices& choices, const Environment& environment) {
     }
   }
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
-  std::set<std::string> names;
-  for (Config& config : configs) {
-    std::erase_if(config.cells, [&](const Cell& cell) { return !options.filter.keeps(cell); });
-    print_tables(config, out, names);
+  std::set<std::string> names, claim_names;
+  for (const Config& config : configs) {
+    Config kept = config;
+    std::erase_if(kept.cells, [&](const Cell& cell) { return !options.filter.keeps(cell); });
+    print_tables(kept, out, names);
+    print_claims(config, out, claim_names);
   }
   std::string counts = skipped > 0 ? fmt::format("{} done before", skipped) : "";
   for (const auto& [status, count] : statuses)
@@ -184,13 +209,24 @@ int plan(const RunChoices& choices) {
   return kExitOk;
 }
 
+std::vector<Row> rows_of_run(const RunChoices& choices) {
+  const std::string path = (fs::path(choices.out) / "rows.jsonl").string();
+  if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected the rows of a run, found none", path));
+  return load_rows(path);
+}
+
+int claims(const RunChoices& choices) {
+  const Config config = load(choices, choices.configs.front());
+  if (config.claims.empty()) throw volumes::InputError(fmt::format("{}: expected the key claims, found none", config.path));
+  const auto verdicts = judge_claims(config, rows_of_run(choices));
+  fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts)) : claims_text(config, verdicts));
+  return kExitOk;
+}
+
 int table(const RunChoices& choices) {
   const auto format = table_format_from_name(choices.format);
   const Config config = load(choices, choices.configs.front());
-  const std::string rows_path = (fs::path(choices.out) / "rows.jsonl").string();
-  if (!fs::exists(rows_path))
-    throw volumes::InputError(fmt::format("{}: expected the rows of a run, found none", rows_path));
-  const auto rows = load_rows(rows_path);
+  const auto rows = rows_of_run(choices);
   bool found = false;
   for (const TableSpec& spec : config.tables) {
     if (!choices.table.empty() && spec.name != choices.table) continue;
@@ -261,6 +297,13 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   tabling->add_option("--name", c->table, "only the table of this name");
   add_common(*tabling, *c);
   tabling->callback([c, &exit_code] { exit_code = table(*c); });
+
+  auto* judging = app.add_subcommand("claims", "Prints which claims of papers a configuration's rows confirm and refute");
+  judging->add_option("config", c->configs, "configuration file")->required()->expected(1);
+  judging->add_option("--results", c->out, "folder with rows.jsonl")->required();
+  judging->add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
+  add_common(*judging, *c);
+  judging->callback([c, &exit_code] { exit_code = claims(*c); });
 
   auto* working = app.add_subcommand("worker", "");
   working->group("");

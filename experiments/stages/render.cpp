@@ -88,6 +88,10 @@ class RenderRun final : public StageRun {
     start["scene_s"] = show_scene(*renderer_);
     RenderTruth truth(spec_, truth_, scene_, *device_);
     check_pictures(truth, parts);
+    if (choice_.keep_pictures) {
+      settle(held_shot());
+      parts["pictures"] = keep_pictures(spec_, truth.reference(held_shot()), renderer_->read_image());
+    }
     measure_jump(truth, parts);
     measure_error(truth, parts);
     count_work(truth, encoding, parts);

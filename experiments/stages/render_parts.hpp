@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,23 @@ inline Row describe_memory(const std::vector<gpu::MemoryUse>& uses) {
 /// A PSNR has no number where the pictures are equal.
 inline Row psnr_or_null(const gpu::ImageDifference& difference) {
   return difference.mse > 0 ? Row(difference.psnr) : Row(nullptr);
+}
+
+inline constexpr double kDifferenceGain = 8;  ///< of kept pictures: an error of 12 % of full scale is white
+
+/// Leaves a picture and its difference to what it should be as PNG files, whose names begin with `spec.pictures`, and tells of them.
+/// Throws InputError.
+inline Row keep_pictures(const WorkerSpec& spec, const gpu::Image& expected, const gpu::Image& drawn) {
+  const std::string picture = spec.pictures + ".png", difference = spec.pictures + "-difference.png";
+  gpu::write_png(picture, drawn.width, drawn.height, drawn.rgb8());
+  gpu::write_png(difference, drawn.width, drawn.height, gpu::difference_rgb8(expected, drawn, kDifferenceGain));
+  const auto name = [](const std::string& path) { return std::filesystem::path(path).filename().string(); };
+  const gpu::ImageDifference error = gpu::compare(expected, drawn);
+  return {{"picture", name(picture)},
+          {"difference", name(difference)},
+          {"gain", kDifferenceGain},
+          {"psnr_db", psnr_or_null(error)},
+          {"ssim", error.ssim}};
 }
 
 /// The samples of one frame: its time, and that of each of its passes as `passes` + name. `incomplete`: pixels that met a placeholder.

@@ -78,6 +78,10 @@ class ScalarRenderRun final : public StageRun {
     }
     for (const auto& [name, seconds] : renderer_->start_parts()) parts["start"][name + "_s"] = seconds;
     check_pictures(original, sink.take(), range, parts);
+    if (choice_.keep_pictures) {
+      renderer_->render(held_camera());
+      parts["pictures"] = keep_pictures(spec_, gpu::render_scalars(original, scene_, range, held_camera(), cores()), renderer_->read_image());
+    }
     parts["memory"] = describe_memory(renderer_->memory());
     return parts;
   }
@@ -93,13 +97,14 @@ class ScalarRenderRun final : public StageRun {
     }
     samples.front() = watch.lap("path", scene_.frames);
     samples.front().wall_seconds = seconds;
-    const gpu::Camera held = scene_.path.at(scene_.path.part_of(scene_.held));
     for (std::uint32_t frame = 0; frame < choice_.held_frames; ++frame)
-      add_frame(renderer_->render(held), 0, "held", "held-pass/", samples);
+      add_frame(renderer_->render(held_camera()), 0, "held", "held-pass/", samples);
     return samples;
   }
 
  private:
+  gpu::Camera held_camera() const { return scene_.path.at(scene_.path.part_of(scene_.held)); }
+
   void check_pictures(const volumes::Volume& original, const volumes::Volume& decoded, const gpu::ValueRange& range, Row& parts) {
     PictureErrors renderer, codec;
     std::uint64_t voxels = 0;

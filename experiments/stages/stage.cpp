@@ -76,6 +76,7 @@ std::string to_json_line(const WorkerSpec& spec) {
   j["bytes_per_voxel"] = spec.bytes_per_voxel;
   j["memory_limit"] = spec.memory_limit;
   j["scratch"] = spec.scratch;
+  j["pictures"] = spec.pictures;
   j["seed"] = spec.seed;
   j["lods"] = spec.lods;
   j["fault"] = spec.fault;
@@ -109,6 +110,7 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   spec.bytes_per_voxel = j.at("bytes_per_voxel").get<std::uint32_t>();
   spec.memory_limit = j.at("memory_limit").get<std::uint64_t>();
   spec.scratch = j.at("scratch").get<std::string>();
+  spec.pictures = j.at("pictures").get<std::string>();
   spec.seed = j.at("seed").get<std::uint64_t>();
   spec.lods = j.at("lods").get<std::vector<unsigned>>();
   spec.fault = j.at("fault").get<std::string>();

@@ -295,6 +295,48 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
   EXPECT_THAT(again.out, HasSubstr("0 to run, 12 done, 6 unsupported"));
 }
 
+TEST_F(Render, PicturesAreKeptBesideTheRows) {
+  program_.write("k.yaml", R"(rounds: 1
+max_rounds: 1
+matrix:
+  - datasets: [{generator: cells, extent: [16, 16, 16], name: "my blob"}]
+    codecs: [raw]
+    stages: [render]
+    scenes: [cells]
+    caches: [none]
+    size: [48, 27]
+    frames: 1
+    keep_pictures: 1
+  - datasets: [{generator: shells, extent: [16, 16, 16], name: walls}]
+    codecs: [raw, {id: vq, parameters: {bits: 2}}]
+    stages: [render]
+    scenes: [ct]
+    caches: [slices]
+    size: [48, 27]
+    frames: 1
+    keep_pictures: 1
+)");
+  const Outcome outcome = program_.run("run k.yaml --out o");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream in(program_.read("o/rows.jsonl"));
+  std::size_t count = 0;
+  for (std::string line; std::getline(in, line); ++count) {
+    const json row = json::parse(line), kept = row["pictures"];
+    const std::string id = row["codec"]["id"], name = row["dataset"]["name"];
+    EXPECT_EQ(kept["picture"], (name == "walls" ? "walls-" + id + "-ct-" : "my_blob-raw-cells-") + row["cell"].get<std::string>() + ".png");
+    for (const char* key : {"picture", "difference"})
+      EXPECT_THAT(program_.read("o/pictures/" + kept[key].get<std::string>()), testing::StartsWith("\x89PNG")) << key;
+    EXPECT_NE(program_.read("o/pictures/" + kept["picture"].get<std::string>()),
+              program_.read("o/pictures/" + kept["difference"].get<std::string>()));
+    if (id == "vq") {
+      EXPECT_LT(kept["psnr_db"].get<double>(), 50) << "four code vectors";
+    } else {
+      EXPECT_TRUE(kept["psnr_db"].is_null() || kept["psnr_db"].get<double>() > 60);
+    }
+  }
+  EXPECT_EQ(count, 3u);
+}
+
 TEST_F(Render, ACacheTooSmallForAHeldViewIsReported) {
   program_.write("s.yaml", R"(rounds: 2
 max_rounds: 2

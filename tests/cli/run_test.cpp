@@ -83,6 +83,44 @@ TEST_F(Run, MeasuresChecksAndPrintsTables) {
   EXPECT_EQ(program_.run("table c.yaml --results o --format csv").out, program_.read("o/tables/t.csv"));
 }
 
+constexpr const char* kClaims = R"(claims:
+  - name: smaller
+    says: "zstd is smaller than the voxels"
+    source: "Paper, section 1"
+    metric: rate
+    left: {codec: zstd}
+    right: {codec: raw}
+    compare: ratio
+    at_most: 1
+  - {name: large-bricks, says: "larger bricks are smaller by half", source: P, metric: rate, left: {brick: 32}, right: {brick: 16}, compare: ratio, at_most: 0.5}
+  - {name: fast, says: "zstd decodes in a day", source: P, metric: decode_seconds, left: {codec: zstd}, at_most: 86400}
+)";
+
+TEST_F(Run, ClaimsAreJudgedUnderTheTablesAndFromStoredRows) {
+  program_.write("p.yaml", std::string(kConfig) + kClaims);
+  const Outcome outcome = program_.run("run p.yaml --out o --only stage=encode");
+  EXPECT_EQ(outcome.exit_code, 0) << "a claim that does not hold is no failure: " << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("### Claims: T"));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("\\| smaller +\\| holds +\\| [0-9.]+ / 100[.0-9]* = 0[.0-9]+ "));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("\\| large-bricks +\\| does not hold +\\| "));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex("\\| fast +\\| cannot be checked here \\| zstd .*has no decode_seconds"));
+  EXPECT_THAT(outcome.out, HasSubstr("- **smaller**: \"zstd is smaller than the voxels\" (Paper, section 1)."));
+  std::istringstream lines(program_.read("o/claims/p.jsonl"));
+  std::vector<std::string> verdicts;
+  for (std::string line; std::getline(lines, line);) verdicts.push_back(json::parse(line)["verdict"]);
+  EXPECT_THAT(verdicts, testing::ElementsAre("holds", "does not hold", "cannot be checked here"));
+  EXPECT_EQ(program_.run("claims p.yaml --results o").out, program_.read("o/claims/p.md"));
+  EXPECT_EQ(program_.run("claims p.yaml --results o --format jsonl").out, program_.read("o/claims/p.jsonl"));
+  ASSERT_EQ(program_.run("run p.yaml --out o --resume").exit_code, 0);
+  EXPECT_THAT(program_.read("o/claims/p.md"), testing::ContainsRegex("\\| fast +\\| holds "));
+  EXPECT_EQ(program_.run("claims c.yaml --results o").exit_code, 2) << "without claims";
+  EXPECT_EQ(program_.run("claims p.yaml --results none").exit_code, 2) << "without rows";
+  program_.write("bad.yaml", std::string(kConfig) + "claims:\n  - {name: a, says: b, source: c, metric: rate, left: {codec: lzma}, at_most: 1}\n");
+  const Outcome bad = program_.run("plan bad.yaml");
+  EXPECT_EQ(bad.exit_code, 2);
+  EXPECT_THAT(bad.err, HasSubstr("bad.yaml:15:55: expected cells of the stages encode, decode or random-access that match, found none"));
+}
+
 TEST_F(Run, ExistingRowsAreKeptResumedOrMeasuredAgainAsAsked) {
   ASSERT_EQ(program_.run("run c.yaml --out o --only codec=raw").exit_code, 0);
   ASSERT_EQ(rows().size(), 3u);

@@ -84,7 +84,7 @@ TEST(FrameTimes, ASingleRoundIsAllThereIs) {
 std::string text_of(const char* metric, const Row& row) {
   LineContext line;
   line.rows[Stage::kRender] = &row;
-  return find_metric(metric)->text(line);
+  return find_metric(metric)->read(line).text;
 }
 
 TEST(RenderMetrics, ReadTheRow) {
@@ -148,12 +148,12 @@ class RenderTable : public testing::Test {
     spec_.name = spec_.title = "t";
     spec_.rows = {"codec", "cache"};
     spec_.pivot = Pivot{{"shading", "dataset"}, "frame_ms"};
-    spec_.published_file = folder_.write(
+    const std::string published = folder_.write(
         "p.yaml",
         "citation: C\nhardware: old\ntables:\n  t4:\n    title: T4\n    hardware: GPU\n    figures:\n"
         "      - {dataset: a, codec: raw, cache: voxel, shading: ao, frame_ms: 9.7}\n"
         "      - {dataset: a, codec: raw, rate: 1}\n");
-    spec_.published_table = "t4";
+    spec_.published = {published, "t4"};
   }
   std::vector<Row> rows() const {
     std::vector<Row> rows;

@@ -33,12 +33,12 @@ class TableTest : public testing::Test {
     spec_.title = "Title";
     spec_.rows = {"dataset", "codec", "brick"};
     spec_.columns = {"published_rate", "published", "ratio", "encode_seconds", "access_uniform_ns", "exact"};
-    spec_.published_file =
+    const std::string published =
         folder_.write("p.yaml",
                       "citation: C\ntables:\n  t2:\n    title: T2\n    figures:\n"
                       "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 64}, rate: 9}\n"
                       "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 32}, rate: 2.5}\n");
-    spec_.published_table = "t2";
+    spec_.published = {published, "t2"};
   }
 
   std::vector<Row> rows() const {

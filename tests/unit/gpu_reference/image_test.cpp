@@ -41,6 +41,14 @@ TEST(Images, EqualOnesDoNotDiffer) {
   EXPECT_NEAR(difference.ssim, 1, 1e-12);
 }
 
+TEST(Images, DifferencesAreShownAmplifiedAndWhiteAtMost) {
+  Image a = grey(2, 1, 0.5F), b = a;
+  b.colour = {0.5F, 0.51F, 0.49F, 0.7F, 0.3F, 2.0F};
+  EXPECT_THAT(difference_rgb8(a, b, 8), testing::ElementsAre(0, 20, 20, 255, 255, 255));
+  EXPECT_THAT(difference_rgb8(a, b, 1), testing::ElementsAre(0, 3, 3, 51, 51, 128)) << "what is shown is at most white";
+  EXPECT_THROW(difference_rgb8(a, grey(1, 2, 0.5F), 8), volumes::InputError);
+}
+
 TEST(Images, KnownDifferences) {
   const Image a = grey(16, 12, 0.25F);
   Image b = grey(16, 12, 0.75F);
