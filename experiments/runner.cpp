@@ -29,13 +29,20 @@ double now_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-struct Active {
-  const PlannedCell* planned;
+/// One program's part in a cell.
+struct Side {
+  std::size_t contender;
   std::unique_ptr<WorkerProcess> worker;
   Row parts;  ///< of the check
   Measured measured;
   double busy_seconds = 0;  ///< in rounds
   double check_seconds = 0;
+};
+
+/// A cell that is being measured.
+struct Active {
+  const PlannedCell* planned;
+  std::vector<Side> sides;  ///< one a contender
 };
 
 std::vector<Sample> samples_of(const Row& round) {
@@ -52,26 +59,33 @@ class Runner {
   Runner(const Config& config, const RunOptions& options)
       : config_(config),
         options_(options),
-        writer_((fs::path(options.out) / "rows.jsonl").string()),
-        scratch_((fs::path(options.out) / "scratch").string()),
         provenance_(describe_machine_and_build()),
-        journal_((fs::path(options.out) / "journal.jsonl").string(), provenance_.dump(), options.redo),
-        cores_(std::max(1u, std::thread::hardware_concurrency())) {}
+        journal_((fs::path(options.contenders.front().out) / "journal.jsonl").string(), provenance_.dump(),
+                 options.redo || options.contenders.size() > 1),
+        cores_(std::max(1u, std::thread::hardware_concurrency())) {
+    for (const Contender& contender : options.contenders) {
+      outputs_.push_back({contender.out, std::make_unique<RowWriter>((fs::path(contender.out) / "rows.jsonl").string()),
+                          (fs::path(contender.out) / "scratch").string(), provenance_});
+      if (options.contenders.size() > 1) outputs_.back().provenance["revision"] = revision_of(contender.program);
+    }
+  }
 
   RunSummary run() {
-    const auto rows = load_rows((fs::path(options_.out) / "rows.jsonl").string());
+    const auto rows = load_rows((fs::path(options_.contenders.front().out) / "rows.jsonl").string());
     const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
     summary_.total = plan.size();
     require_device(plan);
-    fs::remove_all(scratch_);
-    fs::create_directories(scratch_);
+    for (const Output& output : outputs_) {
+      fs::remove_all(output.scratch);
+      fs::create_directories(output.scratch);
+    }
     for (std::size_t first = 0; first < plan.size() && !interrupted();) {
       std::size_t last = first;
       while (last < plan.size() && plan[last].location == plan[first].location) ++last;
       run_dataset({plan.data() + first, last - first});
       first = last;
     }
-    fs::remove_all(scratch_);
+    for (const Output& output : outputs_) fs::remove_all(output.scratch);
     summary_.interrupted = interrupted();
     if (!summary_.interrupted) journal_.remove();
     return summary_;
@@ -92,8 +106,10 @@ class Runner {
     if (options_.progress) options_.progress({ended_, summary_.total, text, cell_ended});
   }
 
-  void write(const PlannedCell& planned, const Row& row) {
-    writer_.append(row);
+  /// The last contender's row ends the cell.
+  void write(const PlannedCell& planned, std::size_t contender, const Row& row) {
+    outputs_[contender].rows->append(row);
+    if (contender + 1 < outputs_.size()) return;
     ++ended_;
     const std::string status = row["status"].get<std::string>();
     ++summary_.by_status[status];
@@ -114,7 +130,8 @@ class Runner {
 
   void end_without_measurement(const PlannedCell& planned, std::string_view status,
                                const std::string& reason) {
-    write(planned, start_row(planned, copy_, provenance_, config_.hash, status, reason));
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      write(planned, i, start_row(planned, copy_, outputs_[i].provenance, config_.hash, status, reason));
   }
 
   void run_dataset(std::span<const PlannedCell> cells) {
@@ -153,7 +170,9 @@ class Runner {
       }
       run_groups(group);
     }
-    for (const auto& file : fs::directory_iterator(scratch_)) fs::remove(file);
+    for (const Output& output : outputs_) {
+      for (const auto& file : fs::directory_iterator(output.scratch)) fs::remove(file);
+    }
   }
 
   /// Cuts what would not fit into memory together, in the order of the configuration.
@@ -167,7 +186,7 @@ class Runner {
         used = 0;
       }
       groups.back().push_back(planned);
-      used += planned->expected_memory;
+      used += planned->expected_memory * outputs_.size();
     }
     for (std::size_t i = 0; i < groups.size() && !interrupted(); ++i) {
       group_text_ = groups.size() == 1
@@ -179,17 +198,25 @@ class Runner {
   }
 
   /// OUT/pictures/DATASET-CODEC-SCENE-ID, whatever characters the names have.
-  std::string place_of_pictures(const PlannedCell& planned) const {
+  static std::string place_of_pictures(const PlannedCell& planned, const std::string& out) {
     std::string name = fmt::format("{}-{}-{}-{}", planned.cell.dataset->name, planned.cell.codec,
                                    fs::path(planned.cell.render->scene).stem().string(), planned.id);
     std::ranges::replace_if(
         name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_' && c != '.'; }, '_');
-    const fs::path folder = fs::path(options_.out) / "pictures";
+    const fs::path folder = fs::path(out) / "pictures";
     fs::create_directories(folder);
     return fs::absolute(folder / name).string();
   }
 
-  WorkerSpec spec_of(const PlannedCell& planned) const {
+  /// A contender's.
+  struct Output {
+    std::string out;
+    std::unique_ptr<RowWriter> rows;
+    std::string scratch;
+    Row provenance;
+  };
+
+  WorkerSpec spec_of(const PlannedCell& planned, const Output& output) const {
     WorkerSpec spec;
     spec.location = *planned.location;
     spec.raw_path = copy_.path;
@@ -199,11 +226,11 @@ class Runner {
     spec.threads = planned.cell.threads.count;
     spec.bytes_per_voxel = planned.cell.dataset->bytes_per_voxel;
     spec.memory_limit = static_cast<std::uint64_t>(config_.memory_limit_gib * (1 << 30));
-    spec.scratch = scratch_;
+    spec.scratch = output.scratch;
     spec.seed = config_.seed;
     spec.lods = config_.lods;
     spec.render = planned.cell.render;
-    if (spec.render && spec.render->keep_pictures) spec.pictures = place_of_pictures(planned);
+    if (spec.render && spec.render->keep_pictures) spec.pictures = place_of_pictures(planned, output.out);
     if (config_.test_fault && fnmatch(config_.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
         fnmatch(config_.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
       spec.fault = config_.test_fault->fault;
@@ -216,17 +243,10 @@ class Runner {
     for (const PlannedCell* planned : cells) {
       if (interrupted()) return;
       say(fmt::format("{}: checking", planned->cell.describe()));
-      Active one{planned, std::make_unique<WorkerProcess>(options_.program), {}, {}, 0, 0};
-      const double start = now_seconds();
-      one.worker->send(to_json_line(spec_of(*planned)));
-      Row message;
-      const auto outcome = one.worker->receive(config_.timeout_s, message);
-      one.check_seconds = now_seconds() - start;
-      if (outcome == WorkerProcess::Wait::kMessage && message.value("event", "") == "ready") {
-        one.parts = message["parts"];
-        for (const Row& round : journal_.rounds_of(planned->id)) one.measured.add(samples_of(round));
+      Active one{planned, {}};
+      if (check_all(one)) {
         active.push_back(std::move(one));
-      } else if (!end_badly(one, outcome, message, "the check")) {
+      } else if (interrupted()) {
         return;
       }
     }
@@ -234,7 +254,7 @@ class Runner {
     while (!active.empty() && !interrupted()) {
       shuffle(active, order);
       for (std::size_t i = 0; i < active.size() && !interrupted();) {
-        if (do_round(active[i])) {
+        if (do_round(active[i], order)) {
           ++i;
         } else {
           active.erase(active.begin() + static_cast<std::ptrdiff_t>(i));
@@ -243,88 +263,126 @@ class Runner {
     }
   }
 
+  /// False when a contender's check failed, and the cell has ended with it.
+  bool check_all(Active& one) {
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      Side& side = one.sides.emplace_back(Side{i, std::make_unique<WorkerProcess>(options_.contenders[i].program), {}, {}});
+      const double start = now_seconds();
+      side.worker->send(to_json_line(spec_of(*one.planned, outputs_[i])));
+      Row message;
+      const auto outcome = side.worker->receive(config_.timeout_s, message);
+      side.check_seconds = now_seconds() - start;
+      if (outcome != WorkerProcess::Wait::kMessage || message.value("event", "") != "ready") {
+        end_badly(one, side, outcome, message, "the check");
+        return false;
+      }
+      side.parts = message["parts"];
+    }
+    for (const Row& round : journal_.rounds_of(one.planned->id)) one.sides.front().measured.add(samples_of(round));
+    return true;
+  }
+
   /// Fisher-Yates; std::shuffle's order differs between libraries.
   static void shuffle(std::vector<Active>& active, std::mt19937_64& order) {
     for (std::size_t i = active.size(); i > 1; --i) std::swap(active[i - 1], active[order() % i]);
   }
 
-  /// False when the cell has ended and its row is written.
-  bool do_round(Active& one) {
-    say(fmt::format("{}: round {}", one.planned->cell.describe(), one.measured.rounds + 1));
-    const double start = now_seconds();
-    one.worker->send("round\n");
-    Row message;
-    const auto outcome = one.worker->receive(config_.timeout_s, message);
-    if (outcome != WorkerProcess::Wait::kMessage || message.value("event", "") != "round") {
-      end_badly(one, outcome, message, fmt::format("round {}", one.measured.rounds + 1));
-      return false;
+  /// A round of each side. False when the cell has ended and its rows are written.
+  bool do_round(Active& one, std::mt19937_64& order) {
+    say(fmt::format("{}: round {}", one.planned->cell.describe(), one.sides.front().measured.rounds + 1));
+    const std::size_t first = one.sides.size() > 1 ? order() % one.sides.size() : 0;
+    for (std::size_t i = 0; i < one.sides.size(); ++i) {
+      if (!do_round_of(one, one.sides[(first + i) % one.sides.size()])) return false;
     }
-    one.busy_seconds += now_seconds() - start;
-    one.measured.add(samples_of(message["samples"]));
-    journal_.append(one.planned->id, message["samples"]);
-    const std::string stop = reason_to_stop(one);
-    if (stop.empty()) return true;
-    end_well(one, stop);
+    std::string stop;
+    for (const Side& side : one.sides) {
+      stop = reason_to_stop(side);
+      if (stop.empty()) return true;
+    }
+    for (Side& side : one.sides) end_well(*one.planned, side, stop);
     return false;
   }
 
-  std::string reason_to_stop(const Active& one) const {
-    const std::size_t rounds = one.measured.rounds;
-    if (rounds >= config_.rounds && one.measured.relative_interval() <= config_.target_interval)
+  bool do_round_of(Active& one, Side& side) {
+    const double start = now_seconds();
+    side.worker->send("round\n");
+    Row message;
+    const auto outcome = side.worker->receive(config_.timeout_s, message);
+    if (outcome != WorkerProcess::Wait::kMessage || message.value("event", "") != "round") {
+      end_badly(one, side, outcome, message, fmt::format("round {}", side.measured.rounds + 1));
+      return false;
+    }
+    side.busy_seconds += now_seconds() - start;
+    side.measured.add(samples_of(message["samples"]));
+    if (one.sides.size() == 1) journal_.append(one.planned->id, message["samples"]);
+    return true;
+  }
+
+  std::string reason_to_stop(const Side& side) const {
+    const std::size_t rounds = side.measured.rounds;
+    if (rounds >= config_.rounds && side.measured.relative_interval() <= config_.target_interval)
       return "target interval reached";
     if (rounds >= config_.max_rounds)
       return "largest number of rounds, the interval is wider than the target";
-    if (one.busy_seconds >= config_.timeout_s) return fmt::format("time-out after {} rounds", rounds);
+    if (side.busy_seconds >= config_.timeout_s) return fmt::format("time-out after {} rounds", rounds);
     return "";
   }
 
-  void end_well(Active& one, const std::string& stop) {
-    one.worker->send("stop\n");
-    const WorkerEnd end = one.worker->finish(kGrace);
-    Row row = start_row(*one.planned, copy_, provenance_, config_.hash, kOk, "");
-    for (const auto& [key, value] : one.parts.items()) row[key] = value;
-    add_times(*one.planned, one.measured, stop, row);
-    const std::uint64_t input = copy_.path.empty() ? 0 : one.planned->location->info.bytes();
+  void end_well(const PlannedCell& planned, Side& side, const std::string& stop) {
+    side.worker->send("stop\n");
+    const WorkerEnd end = side.worker->finish(kGrace);
+    Row row = start_row(planned, copy_, outputs_[side.contender].provenance, config_.hash, kOk, "");
+    for (const auto& [key, value] : side.parts.items()) row[key] = value;
+    add_times(planned, side.measured, stop, row);
+    const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
     row["memory"]["peak_bytes"] = end.peak_bytes;
     row["memory"]["peak_over_input"] = end.peak_bytes > input ? end.peak_bytes - input : 0;
     row["interleave_group"] = group_text_;
-    row["elapsed_seconds"] = one.check_seconds + one.busy_seconds;
-    write(*one.planned, row);
+    row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
+    write(planned, side.contender, row);
   }
 
-  /// A row for a cell that did not come to its end. False when the run was interrupted instead: then there is
-  /// no row.
-  bool end_badly(Active& one, WorkerProcess::Wait outcome, const Row& message, const std::string& when) {
-    if (outcome == WorkerProcess::Wait::kInterrupted || interrupted()) return false;
+  /// A row a contender for a cell that did not come to its end, unless the run was interrupted instead.
+  void end_badly(const Active& one, Side& side, WorkerProcess::Wait outcome, const Row& message, const std::string& when) {
+    if (outcome == WorkerProcess::Wait::kInterrupted || interrupted()) return;
     const bool hangs = outcome == WorkerProcess::Wait::kTimeout;
-    const WorkerEnd end = one.worker->finish(hangs ? 0 : kGrace);
+    const WorkerEnd end = side.worker->finish(hangs ? 0 : kGrace);
+    std::string status(kFailed), reason;
     if (hangs) {
-      end_without_measurement(*one.planned, kTimeout,
-                              fmt::format("{} took longer than {} s", when, config_.timeout_s));
+      status = kTimeout;
+      reason = fmt::format("{} took longer than {} s", when, config_.timeout_s);
     } else if (outcome == WorkerProcess::Wait::kMessage) {
       if (message.value("environment", false)) ++summary_.environment_failures;
-      end_without_measurement(*one.planned, message.value("status", std::string(kFailed)),
-                              message.value("reason", "an answer that is none"));
-    } else if (end.signal == SIGKILL && !one.worker->killed()) {
-      end_without_measurement(
-          *one.planned, kOutOfMemory,
-          fmt::format("killed by the system in {}, as it does when memory runs out", when));
+      status = message.value("status", std::string(kFailed));
+      reason = message.value("reason", "an answer that is none");
+    } else if (end.signal == SIGKILL && !side.worker->killed()) {
+      status = kOutOfMemory;
+      reason = fmt::format("killed by the system in {}, as it does when memory runs out", when);
     } else {
       const std::string how = end.signal != 0
                                   ? fmt::format("signal {} ({})", end.signal, strsignal(end.signal))
                                   : fmt::format("exit code {}", end.exit_code);
-      end_without_measurement(*one.planned, kFailed,
-                              fmt::format("crashed in {}: {}{}{}", when, how,
-                                          end.complaints.empty() ? "" : ": ", end.complaints));
+      reason = fmt::format("crashed in {}: {}{}{}", when, how, end.complaints.empty() ? "" : ": ", end.complaints);
     }
-    return true;
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      const bool own = i == side.contender;
+      write(*one.planned, i,
+            start_row(*one.planned, copy_, outputs_[i].provenance, config_.hash, own ? status : std::string(kFailed),
+                      own ? reason : fmt::format("not measured: the other program's cell has ended: {}", reason)));
+    }
+  }
+
+  /// What `PROGRAM --version` says in brackets.
+  static std::string revision_of(const std::string& program) {
+    const std::string line = first_line_of(program, "--version");
+    const std::size_t from = line.find('('), to = line.find(')');
+    return from == std::string::npos || to == std::string::npos ? line : line.substr(from + 1, to - from - 1);
   }
 
   const Config& config_;
   const RunOptions& options_;
-  RowWriter writer_;
-  std::string scratch_;
   Row provenance_;
+  std::vector<Output> outputs_;  ///< one a contender
   Journal journal_;
   unsigned cores_;
   RawCopy copy_;
@@ -336,7 +394,7 @@ class Runner {
 }  // namespace
 
 RunSummary run_config(const Config& config, const RunOptions& options) {
-  fs::create_directories(options.out);
+  for (const Contender& contender : options.contenders) fs::create_directories(contender.out);
   return Runner(config, options).run();
 }
 

@@ -5,6 +5,9 @@
 // of the machine meet all alike. A cell is done when it has the least number of rounds and its median's 95 %
 // interval is below the target, or the largest number of rounds, or its time-out; the row says which. Where
 // the workers of a group would need more memory than there is, the group is cut.
+//
+// Two programs can run side by side (RunOptions::contenders): each cell then has a worker of each, which take every round one right after the
+// other, the first to go drawn anew, and end together. Sample i of a row of one then pairs with sample i of the same row of the other.
 #pragma once
 
 #include <csignal>
@@ -22,9 +25,13 @@ struct Progress {
   bool cell_ended = false;
 };
 
+/// A program that takes part, and the folder for its rows.jsonl and scratch files.
+struct Contender {
+  std::string program, out;
+};
+
 struct RunOptions {
-  std::string out;      ///< folder for rows.jsonl and scratch files
-  std::string program;  ///< path of this program
+  std::vector<Contender> contenders;  ///< one: this program; two: builds side by side
   Places places;
   Filter filter;
   bool redo = false;  ///< measure cells again that have rows

@@ -13,7 +13,9 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
+#include <memory>
 #include <thread>
 
 namespace cvr::experiments {
@@ -43,6 +45,20 @@ void close_if_open(int& descriptor) {
 }
 
 }  // namespace
+
+std::string first_line_of(const std::string& program, const std::string& argument) {
+  std::string command = "'";
+  for (const char c : program) command += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  command += "' " + argument;
+  const auto close = [](std::FILE* pipe) { pclose(pipe); };
+  const std::unique_ptr<std::FILE, decltype(close)> pipe(popen(command.c_str(), "r"), close);
+  char line[512];
+  if (!pipe || std::fgets(line, sizeof line, pipe.get()) == nullptr)
+    throw EnvironmentError(fmt::format("{} {}: expected a line of text, found none", program, argument));
+  std::string text(line);
+  if (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
+}
 
 WorkerProcess::WorkerProcess(const std::string& program) {
   int to[2], from[2];

@@ -18,6 +18,9 @@ class EnvironmentError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The first line that a program writes to its standard output when it is called with one argument. Throws EnvironmentError.
+std::string first_line_of(const std::string& program, const std::string& argument);
+
 struct WorkerEnd {
   int signal = 0;  ///< that ended it, 0 if it exited
   int exit_code = 0;

@@ -1,0 +1,71 @@
+#include "experiments/tracking/noise_floor.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "experiments/provenance.hpp"
+#include "volumes/error.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty object where there is no file.
+Row load(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) return Row::object();
+  std::ostringstream text;
+  text << in.rdbuf();
+  Row file = Row::parse(text.str(), nullptr, false);
+  if (!file.is_object()) throw volumes::InputError(fmt::format("{}: expected a JSON object of noise floors a machine, found another text", path));
+  return file;
+}
+
+}  // namespace
+
+std::string_view name_of(Arrangement arrangement) { return arrangement == Arrangement::kApart ? "apart" : "interleaved"; }
+
+double NoiseFloors::of(std::string_view noise_class) const {
+  const auto found = floors_.find(noise_class);
+  return found == floors_.end() ? kAssumedFloor : found->second;
+}
+
+std::string default_noise_path() {
+  if (const char* data = std::getenv("XDG_DATA_HOME"); data != nullptr && *data != 0) return (fs::path(data) / "cvrbench/noise.json").string();
+  const char* home = std::getenv("HOME");
+  return (fs::path(home == nullptr ? "." : home) / ".local/share/cvrbench/noise.json").string();
+}
+
+NoiseFloors load_floors(const std::string& path, const std::string& machine, Arrangement arrangement) {
+  NoiseFloors floors;
+  const Row file = load(path);
+  if (!file.contains(machine) || !file[machine].contains(name_of(arrangement))) return floors;
+  for (const auto& [noise_class, entry] : file[machine][std::string(name_of(arrangement))].items()) {
+    if (!entry.is_object() || !entry.contains("floor") || !entry["floor"].is_number())
+      throw volumes::InputError(fmt::format("{}: {} {}: expected an object with a number 'floor'", path, machine, noise_class));
+    floors.set(noise_class, entry["floor"].get<double>());
+  }
+  return floors;
+}
+
+void store_floors(const std::string& path, const Row& provenance, const std::string& config, Arrangement arrangement, const Row& measured) {
+  Row file = load(path);
+  Row& machine = file[provenance.at("machine").get<std::string>()];
+  machine["cpu"] = provenance.value("cpu", "");
+  machine["cores"] = provenance.value("cores", 0);
+  machine["time"] = utc_now();
+  machine["config"] = config;
+  machine[std::string(name_of(arrangement))] = measured;
+  if (const fs::path folder = fs::path(path).parent_path(); !folder.empty()) fs::create_directories(folder);
+  const std::string fresh = path + ".new";
+  std::ofstream(fresh) << file.dump(2) << '\n';
+  fs::rename(fresh, path);
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,18 @@
+// A build against itself: how far its times lie apart though nothing has changed.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "experiments/tracking/comparison.hpp"
+
+namespace cvr::experiments {
+
+/// Two measurements of one build.
+using Repeat = std::pair<std::vector<Row>, std::vector<Row>>;
+
+/// By kind of time, over all cells of all repeats: `floor`, what nine in ten stay below (at least 1 %), `cells`, `median` and `largest` of
+/// |ratio - 1|. For store_floors(). `paired`: the rounds of each repeat were interleaved.
+Row measure_floors(const std::vector<Repeat>& repeats, bool paired);
+
+}  // namespace cvr::experiments
