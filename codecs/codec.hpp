@@ -42,24 +42,6 @@ using volumes::VoxelType;
 enum class Granularity : std::uint8_t { kVolume, kBrick, kBlock, kVoxel };
 std::string_view name_of(Granularity granularity);
 
-struct Traits {
-  std::string_view id;           ///< fixed identifier, for instance "csgvr-sb"
-  std::uint32_t version;         ///< of the payload format; a decoder refuses others
-  std::string_view family;       ///< "general", "neuroglancer", "compresso", "csgv", "csgvr"
-  std::string_view summary;      ///< one line for lists
-  bool lossless;
-  std::span<const VoxelType> types;  ///< accepted voxel types
-  Granularity access;
-  bool levels_of_detail;         ///< decodes coarser levels without the finer ones
-  bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
-  bool gpu_decodable = false;    ///< decoders of label volumes have a gpu_encoding()
-  bool gpu_scalars = false;      ///< decoders of scalar volumes have gpu_samples()
-};
-
-/// Why a codec cannot encode volumes of this type and kind: kUnsupported. Lossy codecs take scalars alone, since an
-/// approximate label is a wrong one.
-Expected<void> accepts(const Traits& traits, const VolumeInfo& info);
-
 /// What the bytes of an encoded file are for.
 enum class ByteClass : std::uint8_t {
   kHeader,      ///< envelope and per-brick or per-block headers
@@ -74,6 +56,32 @@ enum class ByteClass : std::uint8_t {
 };
 inline constexpr std::size_t kByteClasses = 9;
 std::string_view name_of(ByteClass byte_class);
+
+/// Bytes of one class that lie side by side near the front of a payload.
+struct FrontPart {
+  ByteClass byte_class;
+  std::uint64_t bytes = 0;      ///< 0: all of the class
+  std::uint32_t alignment = 1;  ///< of its begin
+};
+
+struct Traits {
+  std::string_view id;           ///< fixed identifier, for instance "csgvr-sb"
+  std::uint32_t version;         ///< of the payload format; a decoder refuses others
+  std::string_view family;       ///< "general", "neuroglancer", "compresso", "csgv", "csgvr"
+  std::string_view summary;      ///< one line for lists
+  bool lossless;
+  std::span<const VoxelType> types;  ///< accepted voxel types
+  Granularity access;
+  bool levels_of_detail;         ///< decodes coarser levels without the finer ones
+  bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
+  bool gpu_decodable = false;    ///< decoders of label volumes have a gpu_encoding()
+  bool gpu_scalars = false;      ///< decoders of scalar volumes have gpu_samples()
+  std::vector<FrontPart> front{};  ///< the parts that a payload begins with, in their order
+};
+
+/// Why a codec cannot encode volumes of this type and kind: kUnsupported. Lossy codecs take scalars alone, since an
+/// approximate label is a wrong one.
+Expected<void> accepts(const Traits& traits, const VolumeInfo& info);
 
 /// Bytes by use; the sum is the size of the encoded file exactly.
 class ByteBreakdown {

@@ -187,6 +187,27 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
 
 Expected<std::unique_ptr<Decoder>> open_decoder(const OpenedFile& file) { return file.codec->open(file.stream); }
 
+std::vector<Section> sections_of(const OpenedFile& file, const Decoder& decoder) {
+  std::vector<Section> sections{{"envelope", 0, file.header_bytes}};
+  const std::uint64_t end = file.header_bytes + file.stream.payload.size();
+  const auto up_to = [&](std::string name, std::uint64_t to) {
+    if (to > sections.back().end) sections.push_back({std::move(name), sections.back().end, std::min(to, end)});
+  };
+  if (const ProgressiveAccess* steps = decoder.progressive_access()) {
+    for (unsigned step = 0; step < steps->steps(); ++step)
+      up_to(fmt::format("step {}", steps->step_name(step)), file.header_bytes + steps->step_bytes(step));
+  } else {
+    std::uint64_t at = file.header_bytes;
+    for (const auto& [byte_class, bytes, alignment] : file.codec->traits().front) {
+      at = file.header_bytes + (at - file.header_bytes + alignment - 1) / alignment * alignment;
+      at += bytes > 0 ? bytes : file.breakdown[byte_class] - (byte_class == ByteClass::kHeader ? file.header_bytes : 0);
+      up_to(std::string(name_of(byte_class)), at);
+    }
+  }
+  up_to(sections.size() == 1 ? "payload" : "rest", end);
+  return sections;
+}
+
 Expected<Volume> decode(std::span<const std::byte> bytes, unsigned lod, unsigned threads) {
   auto file = open_file(bytes);
   if (!file) return tl::unexpected(file.error());

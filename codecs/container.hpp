@@ -39,6 +39,14 @@ struct OpenedFile {
   ByteBreakdown breakdown;  ///< sums to the size of the file
 };
 
+/// A part of an encoded file with a name of its own.
+struct Section {
+  std::string name;
+  std::uint64_t begin, end;  ///< bytes of the file
+};
+/// The envelope; then the steps of a progressive codec, or the parts that its traits say a payload begins with, and the rest. Without gaps.
+std::vector<Section> sections_of(const OpenedFile& file, const Decoder& decoder);
+
 /// Encodes a source into a whole file. Fails when the codec does not accept the type, the extent is empty or an axis exceeds
 /// 2^40 voxels, or the codec itself fails.
 Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const Parameters& parameters, unsigned threads);

@@ -74,6 +74,9 @@ class Runner {
     const auto rows = load_rows((fs::path(options_.contenders.front().out) / "rows.jsonl").string());
     const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
     summary_.total = plan.size();
+    for (const PlannedCell& planned : plan) {
+      if (planned.decision == Decision::kRun) expected_seconds_ += planned.expected_seconds;
+    }
     require_device(plan);
     for (const Output& output : outputs_) {
       fs::remove_all(output.scratch);
@@ -103,7 +106,12 @@ class Runner {
   bool interrupted() const { return options_.interrupted != nullptr && *options_.interrupted != 0; }
 
   void say(const std::string& text, bool cell_ended = false) const {
-    if (options_.progress) options_.progress({ended_, summary_.total, text, cell_ended});
+    if (options_.progress) options_.progress({ended_, summary_.total, text, cell_ended, seconds_left()});
+  }
+
+  double seconds_left() const {
+    const double done = std::min(expected_done_, expected_seconds_);
+    return done > 0 ? (now_seconds() - begin_) * (expected_seconds_ - done) / done : expected_seconds_;
   }
 
   /// The last contender's row ends the cell.
@@ -111,6 +119,7 @@ class Runner {
     outputs_[contender].rows->append(row);
     if (contender + 1 < outputs_.size()) return;
     ++ended_;
+    if (planned.decision == Decision::kRun) expected_done_ += planned.expected_seconds;
     const std::string status = row["status"].get<std::string>();
     ++summary_.by_status[status];
     std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
@@ -389,6 +398,7 @@ class Runner {
   std::string group_text_;
   RunSummary summary_;
   std::size_t ended_ = 0;
+  double begin_ = now_seconds(), expected_seconds_ = 0, expected_done_ = 0;
 };
 
 }  // namespace

@@ -23,6 +23,7 @@ struct Progress {
   std::size_t done = 0, total = 0;
   std::string text;
   bool cell_ended = false;
+  double seconds_left = 0;  ///< by what the plan expects of the cells and how long those that have ended took; 0: unknown
 };
 
 /// A program that takes part, and the folder for its rows.jsonl and scratch files.

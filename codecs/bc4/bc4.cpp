@@ -191,7 +191,8 @@ class Bc4Codec final : public scalar_blocks::ScalarBlocksCodec {
                                 .types = volumes::kScalarTypes,
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = false,
-                                .stored_compressed = false};
+                                .stored_compressed = false,
+                                .front = scalar_blocks::kFront};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override { return {}; }

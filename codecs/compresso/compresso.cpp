@@ -39,7 +39,7 @@ std::span<const ParameterSpec> window_parameter() {
   return kParameters;
 }
 
-Traits compresso_traits(std::string_view id, std::string_view summary, bool stored_compressed) {
+Traits compresso_traits(std::string_view id, std::string_view summary, bool stored_compressed, std::vector<FrontPart> front) {
   return {.id = id,
           .version = 1,
           .family = "compresso",
@@ -48,14 +48,16 @@ Traits compresso_traits(std::string_view id, std::string_view summary, bool stor
           .types = volumes::kLabelTypes,
           .access = Granularity::kVolume,
           .levels_of_detail = false,
-          .stored_compressed = stored_compressed};
+          .stored_compressed = stored_compressed,
+          .front = std::move(front)};
 }
 
 class CompressoCodec final : public Codec {
  public:
   const Traits& traits() const override {
     static const Traits kTraits =
-        compresso_traits("compresso", "boundary windows and component labels of each slice", true);
+        compresso_traits("compresso", "boundary windows and component labels of each slice", true,
+                         {{ByteClass::kHeader}, {ByteClass::kPalette}, {ByteClass::kTables}});
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override { return window_parameter(); }
@@ -91,7 +93,7 @@ class CompressoLzmaCodec final : public Codec {
  public:
   const Traits& traits() const override {
     static const Traits kTraits =
-        compresso_traits("compresso-lzma", "compresso inside an xz container", false);
+        compresso_traits("compresso-lzma", "compresso inside an xz container", false, {});
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override { return window_parameter(); }

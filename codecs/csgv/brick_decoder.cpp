@@ -213,7 +213,8 @@ Traits brick_traits(std::string_view id, std::string_view family, std::string_vi
           .access = access,
           .levels_of_detail = true,
           .stored_compressed = false,
-          .gpu_decodable = true};
+          .gpu_decodable = true,
+          .front = {{ByteClass::kHeader, 16}, {ByteClass::kTables}, {ByteClass::kIndex, 0, 4}}};
 }
 
 }  // namespace cvr::codecs::csgv

@@ -128,7 +128,8 @@ class NeuroglancerCodec final : public Codec {
                                 .access = Granularity::kVoxel,
                                 .levels_of_detail = true,
                                 .stored_compressed = true,
-                                .gpu_decodable = true};
+                                .gpu_decodable = true,
+                                .front = {{ByteClass::kHeader, PayloadLayout::kHeaderBytes}, {ByteClass::kIndex}}};
     return kTraits;
   }
 

@@ -44,6 +44,9 @@ class BlockFormat {
   std::uint64_t max_words(std::uint64_t blocks) const { return (blocks * bits() + 63) / 64; }
 };
 
+/// What a payload begins with: the recorded error and the range, then where runs of blocks begin.
+inline const std::vector<FrontPart> kFront{{ByteClass::kHeader}, {ByteClass::kIndex}};
+
 /// A codec that is a BlockFormat. It takes u8, u16, i16 and f32.
 class ScalarBlocksCodec : public Codec {
  public:

@@ -168,7 +168,8 @@ class ZfpCodec final : public scalar_blocks::ScalarBlocksCodec {
                                 .types = volumes::kScalarTypes,
                                 .access = Granularity::kBlock,
                                 .levels_of_detail = false,
-                                .stored_compressed = false};
+                                .stored_compressed = false,
+                                .front = scalar_blocks::kFront};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override {

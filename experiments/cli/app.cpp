@@ -47,6 +47,7 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
       "original's bytes.");
   int exit_code = kExitOk;
   add_run_commands(app, environment, exit_code);
+  add_tracking_commands(app, environment, exit_code);
   add_list_command(app, environment, exit_code);
   add_volume_commands(app, exit_code);
   add_codec_commands(app, exit_code);

@@ -1,7 +1,5 @@
 // run, plan, table, claims, and the hidden worker
 #include <fmt/format.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,10 +8,9 @@
 
 #include "experiments/claims.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/runner.hpp"
+#include "experiments/cli/run_choices.hpp"
 #include "experiments/tables.hpp"
 #include "experiments/worker.hpp"
-#include "experiments/worker_process.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -21,64 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-volatile std::sig_atomic_t interrupted = 0;
-
-extern "C" void note_interrupt(int) { interrupted = 1; }
-
-struct RunChoices {
-  std::vector<std::string> configs, only, settings;
-  std::string out, datasets, data, cache, device, format = "md", table;
-  bool resume = false, force = false;
+struct Choices : RunChoices {
+  std::string format = "md", table;
 };
-
-Filter parse_filter(const std::vector<std::string>& only) {
-  Filter filter;
-  for (const std::string& text : only) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw volumes::InputError(
-          fmt::format("--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
-                      "pictures scene, cache, shading ..",
-                      text));
-    }
-    filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
-  }
-  return filter;
-}
-
-Config load(const RunChoices& choices, const std::string& path) {
-  Config config =
-      load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
-  if (!choices.device.empty()) choose_device(config, choices.device);
-  return config;
-}
-
-std::string default_out(const RunChoices& choices) {
-  return choices.out.empty() ? (fs::path("out") / fs::path(choices.configs.front()).stem()).string()
-                             : choices.out;
-}
-
-void show_progress(const Progress& progress) {
-  if (isatty(STDERR_FILENO) == 0) {
-    if (progress.cell_ended || progress.text.find(": preparing ") != std::string::npos) {
-      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total, progress.text);
-    }
-    return;
-  }
-  constexpr std::size_t kWidth = 24;
-  const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
-  fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{} {:.90}", "", filled, "", kWidth - filled, progress.done,
-             progress.total, progress.text);
-  std::fflush(stderr);
-}
-
-void install_signal_handlers() {
-  struct sigaction action {};
-  action.sa_handler = note_interrupt;  // without SA_RESTART: the wait for a worker must end
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-}
 
 void write_text(const fs::path& path, const std::string& text) {
   write_file(path.string(), std::as_bytes(std::span(text.data(), text.size())));
@@ -121,7 +63,7 @@ void print_claims(const Config& config, const std::string& out, std::set<std::st
   write_text(folder / (name + ".jsonl"), json_lines(claims_rows(verdicts)));
 }
 
-int run(const RunChoices& choices, const Environment& environment) {
+int run(const Choices& choices, const Environment& environment) {
   if (choices.resume && choices.force) throw volumes::InputError("expected --resume or --force, found both");
   std::vector<Config> configs;
   for (const std::string& path : choices.configs) configs.push_back(load(choices, path));
@@ -135,35 +77,21 @@ int run(const RunChoices& choices, const Environment& environment) {
         "--out DIR writes elsewhere",
         rows_path));
   }
-  RunOptions options;
-  options.out = out;
-  options.program = environment.program;
-  options.places = {choices.data, choices.cache};
-  options.filter = parse_filter(choices.only);
-  options.progress = show_progress;
-  options.interrupted = &interrupted;
-  install_signal_handlers();
   std::map<std::string, std::size_t> statuses;
   std::size_t skipped = 0, environment_failures = 0;
   for (const Config& config : configs) {
-    options.redo = choices.force && &config == &configs.front();
-    const RunSummary summary = run_config(config, options);
+    const RunSummary summary = measure(config, choices, {{environment.program, out}}, choices.force && &config == &configs.front(),
+                                       fmt::format("{} keeps what is done, --resume goes on", rows_path));
     for (const auto& [status, count] : summary.by_status) statuses[status] += count;
     skipped += summary.skipped;
     environment_failures += summary.environment_failures;
-    if (summary.total == 0)
-      throw volumes::InputError(fmt::format("{}: expected cells that --only keeps, found none", config.path));
-    if (summary.interrupted) {
-      fmt::print(stderr, "\ncvrbench: interrupted; {} keeps what is done, --resume goes on\n", rows_path);
-      signal(SIGINT, SIG_DFL);
-      raise(SIGINT);
-    }
   }
-  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
+  end_progress();
+  const Filter filter = parse_filter(choices.only);
   std::set<std::string> names, claim_names;
   for (const Config& config : configs) {
     Config kept = config;
-    std::erase_if(kept.cells, [&](const Cell& cell) { return !options.filter.keeps(cell); });
+    std::erase_if(kept.cells, [&](const Cell& cell) { return !filter.keeps(cell); });
     print_tables(kept, out, names);
     print_claims(config, out, claim_names);
   }
@@ -175,7 +103,7 @@ int run(const RunChoices& choices, const Environment& environment) {
   return failed == 0 ? kExitOk : failed > environment_failures ? kExitCheckFailed : kExitEnvironment;
 }
 
-int plan(const RunChoices& choices) {
+int plan(const Choices& choices) {
   for (const std::string& path : choices.configs) {
     const Config config = load(choices, path);
     const auto rows = load_rows((fs::path(default_out(choices)) / "rows.jsonl").string());
@@ -209,24 +137,18 @@ int plan(const RunChoices& choices) {
   return kExitOk;
 }
 
-std::vector<Row> rows_of_run(const RunChoices& choices) {
-  const std::string path = (fs::path(choices.out) / "rows.jsonl").string();
-  if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected the rows of a run, found none", path));
-  return load_rows(path);
-}
-
-int claims(const RunChoices& choices) {
+int claims(const Choices& choices) {
   const Config config = load(choices, choices.configs.front());
   if (config.claims.empty()) throw volumes::InputError(fmt::format("{}: expected the key claims, found none", config.path));
-  const auto verdicts = judge_claims(config, rows_of_run(choices));
+  const auto verdicts = judge_claims(config, rows_in(choices.out));
   fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts)) : claims_text(config, verdicts));
   return kExitOk;
 }
 
-int table(const RunChoices& choices) {
+int table(const Choices& choices) {
   const auto format = table_format_from_name(choices.format);
   const Config config = load(choices, choices.configs.front());
-  const auto rows = rows_of_run(choices);
+  const auto rows = rows_in(choices.out);
   bool found = false;
   for (const TableSpec& spec : config.tables) {
     if (!choices.table.empty() && spec.name != choices.table) continue;
@@ -239,31 +161,10 @@ int table(const RunChoices& choices) {
   return kExitOk;
 }
 
-void add_common(CLI::App& command, RunChoices& c) {
-  command
-      .add_option("--set", c.settings,
-                  "KEY=VALUE for a top-level key with a simple value, for instance scale=1")
-      ->allow_extra_args(false);
-  command.add_option("--datasets", c.datasets,
-                     "folder of data set descriptions (default: datasets beside the configuration or above)");
-}
-
-void add_data_options(CLI::App& command, RunChoices& c) {
-  command
-      .add_option("--only", c.only,
-                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
-                  "shading ..; the same key twice means either")
-      ->allow_extra_args(false);
-  command.add_option("--data", c.data,
-                     "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");
-  command.add_option("--cache", c.cache,
-                     "folder for raw copies of data sets (default: cvrbench in the user's cache folder)");
-}
-
 }  // namespace
 
 void add_run_commands(CLI::App& app, const Environment& environment, int& exit_code) {
-  auto c = std::make_shared<RunChoices>();
+  auto c = std::make_shared<Choices>();
   c->data = environment.data;
   c->cache = environment.cache;
 
@@ -275,7 +176,7 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   running->add_option("--device", c->device, "that draws: index, or part of a name or type ('list devices')");
   running->add_flag("--resume", c->resume, "keep the rows that are ok and measure the rest");
   running->add_flag("--force", c->force, "measure all again; new rows count, old ones stay in the file");
-  add_common(*running, *c);
+  add_config_options(*running, *c);
   add_data_options(*running, *c);
   running->callback([c, &environment, &exit_code] { exit_code = run(*c, environment); });
 
@@ -284,7 +185,7 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   planning->add_option("configs", c->configs, "configuration files")->required();
   planning->add_option("--out", c->out, "folder whose rows count as done (default: as run)");
   planning->add_flag("--force", c->force, "as run");
-  add_common(*planning, *c);
+  add_config_options(*planning, *c);
   add_data_options(*planning, *c);
   planning->callback([c, &exit_code] { exit_code = plan(*c); });
 
@@ -295,14 +196,14 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   tabling->add_option("--format", c->format, "md | csv | latex")
       ->check(CLI::IsMember({"md", "csv", "latex"}));
   tabling->add_option("--name", c->table, "only the table of this name");
-  add_common(*tabling, *c);
+  add_config_options(*tabling, *c);
   tabling->callback([c, &exit_code] { exit_code = table(*c); });
 
   auto* judging = app.add_subcommand("claims", "Prints which claims of papers a configuration's rows confirm and refute");
   judging->add_option("config", c->configs, "configuration file")->required()->expected(1);
   judging->add_option("--results", c->out, "folder with rows.jsonl")->required();
   judging->add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
-  add_common(*judging, *c);
+  add_config_options(*judging, *c);
   judging->callback([c, &exit_code] { exit_code = claims(*c); });
 
   auto* working = app.add_subcommand("worker", "");

@@ -95,14 +95,22 @@ Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header
 }
 
 /// Bytes on a GPU of all buffers of a decoder of scalars; 0 where it has none.
-std::uint64_t gpu_bytes(const codecs::OpenedFile& file) {
-  const auto decoder = checked(codecs::open_decoder(file));
-  const codecs::ProgressiveAccess* progressive = decoder->progressive_access();
+std::uint64_t gpu_bytes(const codecs::Decoder& decoder) {
+  const codecs::ProgressiveAccess* progressive = decoder.progressive_access();
   std::uint64_t bytes = 0;
-  if (const auto samples = decoder->gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1)) {
+  if (const auto samples = decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1)) {
     for (const codecs::GpuBuffer& buffer : samples->buffers) bytes += buffer.bytes.size();
   }
   return bytes;
+}
+
+/// Checksums of the parts of the file that `file` views.
+Row checksums(const codecs::OpenedFile& file, const codecs::Decoder& decoder) {
+  const std::byte* begin = file.stream.payload.data() - file.header_bytes;
+  Row sums;
+  for (const codecs::Section& section : codecs::sections_of(file, decoder))
+    sums[section.name] = fmt::format("{:016x}", XXH3_64bits(begin + section.begin, section.end - section.begin));
+  return sums;
 }
 
 double percent(std::uint64_t part, std::uint64_t whole) {
@@ -126,8 +134,9 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std:
   size["published_rate"] = percent(file.published_bytes, voxels * accounted);
   size["published_bytes_per_voxel"] = accounted;
   size["bits_per_voxel"] = 8.0 * static_cast<double>(file_bytes) / static_cast<double>(voxels);
+  const auto decoder = checked(codecs::open_decoder(file));
   if (const auto& traits = file.codec->traits(); !traits.lossless && traits.gpu_scalars) {
-    if (const std::uint64_t bytes = gpu_bytes(file); bytes > 0) {
+    if (const std::uint64_t bytes = gpu_bytes(*decoder); bytes > 0) {
       size["gpu_bytes"] = bytes;
       size["gpu_bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);
     }
@@ -136,6 +145,7 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std:
     const auto byte_class = static_cast<codecs::ByteClass>(i);
     size["breakdown"][std::string(name_of(byte_class))] = file.breakdown[byte_class];
   }
+  size["checksums"] = checksums(file, *decoder);
   return size;
 }
 

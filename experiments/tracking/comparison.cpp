@@ -33,7 +33,7 @@ std::string machine_of(const Row& row) { return row.contains("provenance") ? row
 /// The device that drew, "" for other stages: software devices of two versions are two machines.
 std::string device_of(const Row& row) { return row.contains("device") ? row["device"].value("driver", "") + row["device"].value("name", "") : ""; }
 
-void judge_numbers(Comparison& c) {
+void judge_numbers(ComparedQuantity& c) {
   if (!c.base.number || !c.fresh.number) {
     c.outcome = c.base.text == c.fresh.text ? Outcome::kSame : Outcome::kDiffers;
     if (c.outcome == Outcome::kDiffers) c.reason = fmt::format("{} -> {}", c.base.text, c.fresh.text);
@@ -55,7 +55,7 @@ class Comparer {
   void compare(const Row& base, const Row& fresh) {
     const std::string status = base.value("status", ""), fresh_status = fresh.value("status", "");
     if (status != fresh_status || status != kOk) {
-      Comparison c = start(base, {.name = "status", .kind = QuantityKind::kExact, .text = status},
+      ComparedQuantity c = start(base, {.name = "status", .kind = QuantityKind::kExact, .text = status},
                            {.name = "status", .kind = QuantityKind::kExact, .text = fresh_status});
       judge_numbers(c);
       if (c.outcome == Outcome::kDiffers && fresh_status != kOk) c.reason += fmt::format(" ({})", fresh.value("reason", ""));
@@ -66,7 +66,7 @@ class Comparer {
     const std::vector<Quantity> from = quantities_of(base), to = quantities_of(fresh);
     for (const Quantity& quantity : from) {
       const auto partner = std::ranges::find(to, quantity.name, &Quantity::name);
-      Comparison c = start(base, quantity, partner == to.end() ? Quantity{.name = quantity.name, .kind = quantity.kind} : *partner);
+      ComparedQuantity c = start(base, quantity, partner == to.end() ? Quantity{.name = quantity.name, .kind = quantity.kind} : *partner);
       if (partner == to.end()) {
         c.outcome = Outcome::kNotCompared;
         c.reason = "the new row does not have it";
@@ -82,8 +82,8 @@ class Comparer {
   CompareReport report;
 
  private:
-  Comparison start(const Row& row, Quantity base, Quantity fresh) const {
-    Comparison c;
+  ComparedQuantity start(const Row& row, Quantity base, Quantity fresh) const {
+    ComparedQuantity c;
     c.key = row.value("key", "");
     c.codec = row.contains("codec") ? row["codec"].value("id", "") : "";
     c.mode = mode_of(row);
@@ -101,7 +101,7 @@ class Comparer {
     return why;
   }
 
-  void judge_time(Comparison& c, const std::string& why_not) {
+  void judge_time(ComparedQuantity& c, const std::string& why_not) {
     if (!why_not.empty()) {
       c.outcome = Outcome::kNotCompared;
       c.reason = why_not;
@@ -126,7 +126,7 @@ class Comparer {
   const CompareOptions& options_;
 };
 
-std::string figures_of(const Comparison& c) {
+std::string figures_of(const ComparedQuantity& c) {
   if (c.base.kind == QuantityKind::kTime && c.outcome != Outcome::kNotCompared) {
     return fmt::format("{:.4g} -> {:.4g} {}, {} [{}, {}]", summarize(c.base.samples).median, summarize(c.fresh.samples).median, c.base.unit,
                        percent(c.ratio), percent(c.low), std::isfinite(c.high) ? percent(c.high) : "?");
@@ -193,7 +193,7 @@ TimeVerdict judge_times(std::span<const double> base, std::span<const double> fr
 }
 
 std::size_t CompareReport::count(Outcome outcome) const {
-  return static_cast<std::size_t>(std::ranges::count(comparisons, outcome, &Comparison::outcome));
+  return static_cast<std::size_t>(std::ranges::count(comparisons, outcome, &ComparedQuantity::outcome));
 }
 
 CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh, const CompareOptions& options) {
@@ -224,7 +224,7 @@ std::vector<CompareSummary> summarise(const CompareReport& report) {
     std::set<std::string> keys;
   };
   std::vector<Sums> sums;
-  for (const Comparison& c : report.comparisons) {
+  for (const ComparedQuantity& c : report.comparisons) {
     auto line = std::ranges::find_if(lines, [&](const CompareSummary& s) { return s.codec == c.codec && s.mode == c.mode; });
     if (line == lines.end()) {
       lines.push_back({c.codec, c.mode});
@@ -257,7 +257,7 @@ std::string describe(const CompareReport& report, bool explain) {
                         ratio_text(line.size_ratio), counts);
   }
   std::string last;
-  for (const Comparison& c : report.comparisons) {
+  for (const ComparedQuantity& c : report.comparisons) {
     if (!explain && (c.outcome == Outcome::kSame || c.outcome == Outcome::kUndecided || c.outcome == Outcome::kNotCompared)) continue;
     if (c.key != last) text += fmt::format("\n{}\n", c.key);
     last = c.key;
@@ -278,7 +278,7 @@ std::string describe(const CompareReport& report, bool explain) {
 std::vector<Row> compare_to_rows(const CompareReport& report) {
   const auto number = [](double value) { return std::isfinite(value) ? Row(value) : Row(nullptr); };
   std::vector<Row> rows;
-  for (const Comparison& c : report.comparisons) {
+  for (const ComparedQuantity& c : report.comparisons) {
     Row row{{"key", c.key}, {"codec", c.codec}, {"mode", c.mode}, {"quantity", c.base.name}, {"kind", name_of(c.base.kind)}};
     row["outcome"] = name_of(c.outcome);
     row["ratio"] = number(c.ratio);

@@ -26,7 +26,7 @@ inline constexpr std::size_t kOutcomes = 8;
 std::string_view name_of(Outcome outcome);
 
 /// One quantity of one cell.
-struct Comparison {
+struct ComparedQuantity {
   std::string key;    ///< of the rows
   std::string codec;
   std::string mode;   ///< the stage, or of pictures the access mode
@@ -54,7 +54,7 @@ struct CompareOptions {
 };
 
 struct CompareReport {
-  std::vector<Comparison> comparisons;   ///< in the order of the base rows
+  std::vector<ComparedQuantity> comparisons;   ///< in the order of the base rows
   std::vector<std::string> only_in_base, only_in_new;  ///< keys of rows that are ok and have no partner
   std::vector<std::string> remarks;      ///< why times were not compared, what floor is assumed
   std::size_t count(Outcome outcome) const;

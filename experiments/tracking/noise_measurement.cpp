@@ -14,7 +14,7 @@ Row measure_floors(const std::vector<Repeat>& repeats, bool paired) {
   std::map<std::string_view, std::vector<double>> deviations;
   for (const auto& [first, second] : repeats) {
     const CompareReport report = compare_rows(first, second, {{}, paired});
-    for (const Comparison& c : report.comparisons) {
+    for (const ComparedQuantity& c : report.comparisons) {
       if (c.base.kind != QuantityKind::kTime || c.outcome == Outcome::kNotCompared) continue;
       deviations[c.base.noise_class].push_back(std::max(c.ratio, 1 / c.ratio) - 1);
     }

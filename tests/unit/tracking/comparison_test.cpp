@@ -92,15 +92,15 @@ Row row_of(const std::string& key, double bytes, const std::vector<double>& seco
   row["stage"] = "decode";
   row["provenance"]["machine"] = "m";
   row["size"]["bytes"] = bytes;
-  row["size"]["payload_hash"] = "00ff";
+  row["size"]["checksums"] = "00ff";
   row["verification"]["mismatches"] = 0;
   row["counters"]["cells_decoded"] = 1000;
   row["time"]["seconds"]["samples"] = seconds;
   return row;
 }
 
-const Comparison& find(const CompareReport& report, const std::string& quantity) {
-  for (const Comparison& c : report.comparisons) {
+const ComparedQuantity& find(const CompareReport& report, const std::string& quantity) {
+  for (const ComparedQuantity& c : report.comparisons) {
     if (c.base.name == quantity) return c;
   }
   throw std::runtime_error("no " + quantity);
@@ -112,11 +112,11 @@ TEST(CompareRows, TellsExactCountedAndTimedApart) {
   for (double& t : slow) t *= 1.5;
   const Row base = row_of("a", 100, times);
   Row fresh = row_of("a", 101, slow);
-  fresh["size"]["payload_hash"] = "00fe";
+  fresh["size"]["checksums"] = "00fe";
   fresh["counters"]["cells_decoded"] = 1200;
   const CompareReport report = compare_rows({base}, {fresh}, {});
   EXPECT_EQ(find(report, "size.bytes").outcome, Outcome::kDiffers);
-  EXPECT_EQ(find(report, "size.payload_hash").outcome, Outcome::kDiffers);
+  EXPECT_EQ(find(report, "size.checksums").outcome, Outcome::kDiffers);
   EXPECT_EQ(find(report, "verification.mismatches").outcome, Outcome::kSame);
   EXPECT_EQ(find(report, "counters.cells_decoded").outcome, Outcome::kMore);
   EXPECT_EQ(find(report, "decode").outcome, Outcome::kSlower);

@@ -1,0 +1,132 @@
+#include "experiments/cli/run_choices.hpp"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "experiments/cli/commands.hpp"
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+volatile std::sig_atomic_t interrupted = 0;
+
+extern "C" void note_interrupt(int) { interrupted = 1; }
+
+/// "45 s", "3 min", "2 h 5 min".
+std::string duration_text(double seconds) {
+  const auto minutes = static_cast<std::uint64_t>(seconds / 60 + 0.5);
+  if (seconds < 90) return fmt::format("{:.0f} s", seconds);
+  return minutes < 60 ? fmt::format("{} min", minutes) : fmt::format("{} h {} min", minutes / 60, minutes % 60);
+}
+
+void show_progress(const Progress& progress) {
+  if (isatty(STDERR_FILENO) == 0) {
+    if (progress.cell_ended || progress.text.find(": preparing ") != std::string::npos) {
+      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total, progress.text);
+    }
+    return;
+  }
+  constexpr std::size_t kWidth = 24;
+  const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
+  const std::string left = progress.seconds_left > 0 ? ", about " + duration_text(progress.seconds_left) + " left" : "";
+  fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{}{} {:.90}", "", filled, "", kWidth - filled, progress.done, progress.total, left,
+             progress.text);
+  std::fflush(stderr);
+}
+
+void install_signal_handlers() {
+  struct sigaction action {};
+  action.sa_handler = note_interrupt;  // without SA_RESTART: the wait for a worker must end
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+}
+
+}  // namespace
+
+void add_config_options(CLI::App& command, RunChoices& c) {
+  command
+      .add_option("--set", c.settings,
+                  "KEY=VALUE for a top-level key with a simple value, for instance scale=1")
+      ->allow_extra_args(false);
+  command.add_option("--datasets", c.datasets,
+                     "folder of data set descriptions (default: datasets beside the configuration or above)");
+}
+
+void add_data_options(CLI::App& command, RunChoices& c) {
+  command
+      .add_option("--only", c.only,
+                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
+                  "shading ..; the same key twice means either")
+      ->allow_extra_args(false);
+  command.add_option("--data", c.data,
+                     "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");
+  command.add_option("--cache", c.cache,
+                     "folder for raw copies of data sets (default: cvrbench in the user's cache folder)");
+}
+
+Filter parse_filter(const std::vector<std::string>& only) {
+  Filter filter;
+  for (const std::string& text : only) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw volumes::InputError(
+          fmt::format("--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
+                      "pictures scene, cache, shading ..",
+                      text));
+    }
+    filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return filter;
+}
+
+Config load(const RunChoices& choices, const std::string& path) {
+  Config config =
+      load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
+  if (!choices.device.empty()) choose_device(config, choices.device);
+  return config;
+}
+
+std::string default_out(const RunChoices& choices) {
+  return choices.out.empty() ? (fs::path("out") / fs::path(choices.configs.front()).stem()).string()
+                             : choices.out;
+}
+
+RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo,
+                   const std::string& kept) {
+  RunOptions options;
+  options.contenders = contenders;
+  options.places = {choices.data, choices.cache};
+  options.filter = parse_filter(choices.only);
+  options.redo = redo;
+  options.progress = show_progress;
+  options.interrupted = &interrupted;
+  install_signal_handlers();
+  const RunSummary summary = run_config(config, options);
+  if (summary.total == 0)
+    throw volumes::InputError(fmt::format("{}: expected cells that --only keeps, found none", config.path));
+  if (summary.interrupted) {
+    fmt::print(stderr, "\ncvrbench: interrupted; {}\n", kept);
+    signal(SIGINT, SIG_DFL);
+    raise(SIGINT);
+  }
+  return summary;
+}
+
+void end_progress() {
+  if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
+}
+
+std::vector<Row> rows_in(const std::string& folder) {
+  const std::string path = (fs::path(folder) / "rows.jsonl").string();
+  if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected the rows of a run, found none", path));
+  return load_rows(path);
+}
+
+}  // namespace cvr::experiments::cli

@@ -1,0 +1,40 @@
+// What the commands that measure have in common: options, configurations, progress, signals.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "experiments/cli/app.hpp"
+#include "experiments/runner.hpp"
+
+namespace cvr::experiments::cli {
+
+struct RunChoices {
+  std::vector<std::string> configs, only, settings;
+  std::string out, datasets, data, cache, device;
+  bool resume = false, force = false;
+};
+
+/// --set, --datasets.
+void add_config_options(CLI::App& command, RunChoices& choices);
+/// --only, --data, --cache.
+void add_data_options(CLI::App& command, RunChoices& choices);
+
+/// "KEY=GLOB". Throws InputError.
+Filter parse_filter(const std::vector<std::string>& only);
+/// Throws InputError.
+Config load(const RunChoices& choices, const std::string& path);
+/// out/NAME of the first configuration unless `choices` names a folder.
+std::string default_out(const RunChoices& choices);
+
+/// Runs a configuration with progress on standard error. An interruption ends the program by its signal after a word on what `kept` holds.
+RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo, const std::string& kept);
+/// Clears the line of progress.
+void end_progress();
+
+/// Throws InputError where there are none.
+std::vector<Row> rows_in(const std::string& folder);
+
+}  // namespace cvr::experiments::cli

@@ -1,0 +1,226 @@
+// compare, ab, aa, baseline, history
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "experiments/cli/commands.hpp"
+#include "experiments/cli/run_choices.hpp"
+#include "experiments/provenance.hpp"
+#include "experiments/tracking/baseline.hpp"
+#include "experiments/tracking/history.hpp"
+#include "experiments/tracking/noise_measurement.hpp"
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TrackingChoices {
+  RunChoices run;
+  std::string base, fresh, noise = default_noise_path(), format = "md", fail_on = "slower";
+  std::string store = default_history(), machine, baseline, since;
+  std::vector<std::string> results;
+  std::uint64_t repeats = 2;
+  bool explain = false, all_machines = false;
+};
+
+/// The floors that the rows' machine has.
+NoiseFloors floors_for(const std::string& noise, const std::vector<Row>& rows, Arrangement arrangement) {
+  for (const Row& row : rows) {
+    if (row.contains("provenance")) return load_floors(noise, row["provenance"].value("machine", ""), arrangement);
+  }
+  return {};
+}
+
+int show_comparison(const TrackingChoices& c, const std::vector<Row>& base, const std::vector<Row>& fresh, Arrangement arrangement) {
+  const CompareReport report =
+      compare_rows(base, fresh, {floors_for(c.noise, base, arrangement), arrangement == Arrangement::kInterleaved});
+  if (c.format == "jsonl") {
+    for (const Row& row : compare_to_rows(report)) print_json(row);
+  } else {
+    fmt::print("{}", describe(report, c.explain));
+  }
+  const bool fails = c.fail_on != "never" && (report.differs() || (c.fail_on == "slower" && report.slower()));
+  return fails ? kExitCheckFailed : kExitOk;
+}
+
+int compare(const TrackingChoices& c) { return show_comparison(c, rows_in(c.base), rows_in(c.fresh), Arrangement::kApart); }
+
+/// Two programs round by round, into OUT/a and OUT/b.
+std::pair<std::vector<Row>, std::vector<Row>> contest(const TrackingChoices& c, const Config& config, const std::string& out,
+                                                      const std::string& a, const std::string& b) {
+  const std::vector<Contender> contenders{{a, (fs::path(out) / "a").string()}, {b, (fs::path(out) / "b").string()}};
+  measure(config, c.run, contenders, true, fmt::format("{} keeps the cells that have ended", out));
+  return {rows_in(contenders[0].out), rows_in(contenders[1].out)};
+}
+
+int ab(const TrackingChoices& c) {
+  const std::string out = c.run.out.empty() ? "out/ab" : c.run.out;
+  for (const std::string& program : {c.base, c.fresh}) {
+    if (!fs::is_regular_file(program)) throw volumes::InputError(fmt::format("{}: expected a program cvrbench, found no file", program));
+  }
+  std::pair<std::vector<Row>, std::vector<Row>> rows;
+  for (const std::string& path : c.run.configs) rows = contest(c, load(c.run, path), out, fs::absolute(c.base), fs::absolute(c.fresh));
+  end_progress();
+  return show_comparison(c, rows.first, rows.second, Arrangement::kInterleaved);
+}
+
+void print_floors(std::string_view arrangement, const Row& floors) {
+  for (const auto& [noise_class, entry] : floors.items()) {
+    fmt::print("| {} | {} | {:.1f} % | {:.1f} % | {:.1f} % | {} |\n", arrangement, noise_class, 100 * entry["floor"].get<double>(),
+               100 * entry["median"].get<double>(), 100 * entry["largest"].get<double>(), entry["cells"].get<int>());
+  }
+}
+
+int aa(const TrackingChoices& c, const Environment& environment) {
+  const std::string out = c.run.out.empty() ? "out/aa" : c.run.out;
+  const Config config = load(c.run, c.run.configs.front());
+  std::vector<Repeat> together, apart;
+  for (std::uint64_t i = 0; i < c.repeats; ++i) {
+    together.push_back(contest(c, config, (fs::path(out) / std::to_string(i)).string(), environment.program, environment.program));
+    if (i > 0) {
+      apart.emplace_back(together[i - 1].first, together[i].first);
+      apart.emplace_back(together[i - 1].second, together[i].second);
+    }
+  }
+  end_progress();
+  const Row interleaved = measure_floors(together, true), separate = measure_floors(apart, false);
+  const Row provenance = describe_machine_and_build();
+  store_floors(c.noise, provenance, config.path, Arrangement::kInterleaved, interleaved);
+  store_floors(c.noise, provenance, config.path, Arrangement::kApart, separate);
+  fmt::print("| runs | kind of time | floor | median | largest | comparisons |\n|---|---|---:|---:|---:|---:|\n");
+  print_floors("apart", separate);
+  print_floors("interleaved", interleaved);
+  std::size_t wrong = 0, compared = 0;
+  for (const auto& [repeats, arrangement] : {std::pair{&together, Arrangement::kInterleaved}, {&apart, Arrangement::kApart}}) {
+    for (const Repeat& repeat : *repeats) {
+      const CompareReport report =
+          compare_rows(repeat.first, repeat.second, {floors_for(c.noise, repeat.first, arrangement), arrangement == Arrangement::kInterleaved});
+      wrong += report.count(Outcome::kFaster) + report.count(Outcome::kSlower);
+      for (const ComparedQuantity& one : report.comparisons) compared += one.base.kind == QuantityKind::kTime;
+    }
+  }
+  fmt::print("\n{} of {} comparisons of the build with itself are called faster or slower. Floors: {}\n", wrong, compared, c.noise);
+  return kExitOk;
+}
+
+int update_baseline(const TrackingChoices& c, const Environment& environment, bool check) {
+  int exit_code = kExitOk;
+  for (const std::string& path : c.run.configs) {
+    const Config config = load(c.run, path);
+    const std::string file = baseline_path(c.baseline, config);
+    const std::string out = c.run.out.empty() ? (fs::path("out/baseline") / fs::path(path).stem()).string() : c.run.out;
+    measure(config, c.run, {{environment.program, out}}, true, "the baseline is as it was");
+    end_progress();
+    const Baseline found = baseline_of(config, rows_in(out));
+    if (!check) {
+      store_baseline(file, found);
+      fmt::print("{}: {} cells\n", file, found.cells.size());
+      continue;
+    }
+    const BaselineReport report = compare_baselines(load_baseline(file), found);
+    fmt::print("{}", describe(report, file));
+    if (report.differs()) exit_code = kExitCheckFailed;
+  }
+  return exit_code;
+}
+
+int add_history(const TrackingChoices& c) {
+  for (const std::string& folder : c.results) {
+    const Recorded recorded = record_history(c.store, rows_in(folder));
+    fmt::print("{}: {} figures of {} cells recorded in {}\n", folder, recorded.figures, recorded.rows, c.store);
+  }
+  return kExitOk;
+}
+
+int show_history(const TrackingChoices& c) {
+  std::string machine = c.machine;
+  if (machine.empty() && !c.all_machines) machine = describe_machine_and_build()["machine"].get<std::string>();
+  const History history = read_history(c.store, machine, c.noise);
+  bool worse = false;
+  for (const HistoryStep& step : history.steps) {
+    if (!c.since.empty() && step.time < c.since) continue;
+    worse = worse || (step.worse && step.last);
+    if (c.format == "jsonl") {
+      print_json({{"time", step.time}, {"revision", step.revision}, {"previous", step.previous}, {"machine", step.machine}, {"key", step.key},
+                  {"quantity", step.quantity}, {"before", step.before}, {"after", step.after}, {"ratio", step.ratio}, {"worse", step.worse},
+                  {"last", step.last}});
+    } else {
+      fmt::print("{} {} (after {}): {} {}: {} -> {}{}{}\n", step.time, step.revision, step.previous, step.key, step.quantity, step.before,
+                 step.after, step.ratio == 1 ? "" : fmt::format(" ({:+.1f} %)", 100 * (step.ratio - 1)),
+                 !step.worse ? ", better" : step.last ? ", WORSE" : ", worse, changed again since");
+    }
+  }
+  if (c.format != "jsonl") fmt::print("{} series of {} figures, {} steps\n", history.series, history.figures, history.steps.size());
+  return worse ? kExitCheckFailed : kExitOk;
+}
+
+}  // namespace
+
+void add_tracking_commands(CLI::App& app, const Environment& environment, int& exit_code) {
+  auto c = std::make_shared<TrackingChoices>();
+  c->run.data = environment.data;
+  c->run.cache = environment.cache;
+  const auto add_compare_options = [c](CLI::App& command) {
+    command.add_flag("--explain", c->explain, "every quantity with its figures and the reason of its verdict");
+    command.add_option("--fail-on", c->fail_on, "exact | slower | never: what makes the exit code 1; slower (default): exact figures too")
+        ->check(CLI::IsMember({"exact", "slower", "never"}));
+    command.add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
+    command.add_option("--noise", c->noise, "file of noise floors ('aa')");
+  };
+  const auto add_measuring = [c](CLI::App& command) {
+    command.add_option("--out", c->run.out, "folder for rows");
+    command.add_option("--device", c->run.device, "that draws: index, or part of a name or type ('list devices')");
+    add_config_options(command, c->run);
+    add_data_options(command, c->run);
+  };
+
+  auto* comparing = app.add_subcommand("compare", "Compares two runs: exact figures, counted work and times, each by its own rule");
+  comparing->add_option("base", c->base, "folder with rows.jsonl")->required();
+  comparing->add_option("new", c->fresh, "folder with rows.jsonl")->required();
+  add_compare_options(*comparing);
+  comparing->callback([c, &exit_code] { exit_code = compare(*c); });
+
+  auto* versus = app.add_subcommand("ab", "Measures two builds round by round side by side, and compares them");
+  versus->add_option("a", c->base, "program of the base build")->required();
+  versus->add_option("b", c->fresh, "program of the new build")->required();
+  versus->add_option("configs", c->run.configs, "configuration file")->required()->expected(1);
+  add_compare_options(*versus);
+  add_measuring(*versus);
+  versus->callback([c, &exit_code] { exit_code = ab(*c); });
+
+  auto* itself = app.add_subcommand("aa", "Measures this build against itself and stores the noise floors of this machine");
+  itself->add_option("config", c->run.configs, "configuration file")->required()->expected(1);
+  itself->add_option("--repeats", c->repeats, "runs one after the other, 2 by default")->check(CLI::Range(2, 100));
+  itself->add_option("--noise", c->noise, "file of noise floors");
+  add_measuring(*itself);
+  itself->callback([c, &environment, &exit_code] { exit_code = aa(*c, environment); });
+
+  auto* baseline = app.add_subcommand("baseline", "Checks exact figures against those under version control, or writes these anew");
+  baseline->require_subcommand(1);
+  for (const bool check : {true, false}) {
+    auto* command = baseline->add_subcommand(check ? "check" : "update", check ? "1 where an exact figure differs; names codec, volume and section"
+                                                                               : "measures and writes");
+    command->add_option("configs", c->run.configs, "configuration files")->required();
+    command->add_option("--baseline", c->baseline, "folder of baselines (default: results/baseline beside the folder configs)");
+    add_measuring(*command);
+    command->callback([c, check, &environment, &exit_code] { exit_code = update_baseline(*c, environment, check); });
+  }
+
+  auto* history = app.add_subcommand("history", "Keeps figures over commits and finds steps in them");
+  history->require_subcommand(1);
+  auto* adding = history->add_subcommand("add", "Records the rows of runs");
+  adding->add_option("results", c->results, "folders with rows.jsonl")->required();
+  auto* showing = history->add_subcommand("steps", "Lists the steps and the commits that made them; 1 where the last step of a series is a worse one");
+  showing->add_option("--machine", c->machine, "fingerprint (default: this machine)");
+  showing->add_flag("--all-machines", c->all_machines, "series of all machines");
+  showing->add_option("--since", c->since, "only steps at this time (2026-01-31 or longer) or later");
+  showing->add_option("--noise", c->noise, "file of noise floors ('aa')");
+  showing->add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
+  for (auto* command : {adding, showing}) command->add_option("--store", c->store, "folder of the history");
+  adding->callback([c, &exit_code] { exit_code = add_history(*c); });
+  showing->callback([c, &exit_code] { exit_code = show_history(*c); });
+}
+
+}  // namespace cvr::experiments::cli
