@@ -122,6 +122,16 @@ std::string Parameters::canonical() const {
   return text;
 }
 
+std::string Parameters::changes(std::span<const ParameterSpec> specs) const {
+  std::string text;
+  for (const ParameterSpec& spec : specs) {
+    const auto found = values_.find(spec.name);
+    if (found == values_.end() || found->second == spec.default_value || found->second == check(spec, spec.default_value)) continue;
+    text += fmt::format("{}{}={}", text.empty() ? "" : " ", spec.name, found->second);
+  }
+  return text.empty() && !specs.empty() ? "defaults" : text;
+}
+
 std::vector<std::string> split_canonical(std::string_view canonical) {
   std::vector<std::string> assignments;
   if (canonical.empty()) return assignments;

@@ -49,6 +49,8 @@ class Parameters {
 
   /// "brick=32;delta=0", in the order of the names: the form that the envelope stores and that identifies a cell.
   std::string canonical() const;
+  /// The same for readers: what differs from the defaults; "defaults" where nothing does, "" where nothing is declared.
+  std::string changes(std::span<const ParameterSpec> specs) const;
   /// The values by name, as canonical text.
   const std::map<std::string, std::string, std::less<>>& values() const { return values_; }
 

@@ -6,6 +6,8 @@
 
 #include <map>
 
+#include "codecs/registry.hpp"
+
 namespace cvr::experiments {
 
 namespace {
@@ -45,8 +47,13 @@ std::string Cell::line_key() const {
 
 std::string Cell::row_key() const { return fmt::format("{}|{}", line_key(), name_of(stage)); }
 
+std::string Cell::changes() const {
+  const codecs::Codec* known = codecs::find_codec(codec);
+  return known == nullptr ? parameters.canonical() : parameters.changes(known->parameters());
+}
+
 std::string Cell::describe() const {
-  const std::string values = parameters.canonical();
+  const std::string values = changes();
   if (render)
     return fmt::format("{} {}{}{} render, {}", dataset->name, codec, values.empty() ? "" : " ", values,
                        render->describe());
@@ -78,7 +85,7 @@ std::string label_of(const Cell& cell, const std::string& key) {
   if (key == "type") return std::string(name_of(cell.dataset->type));
   if (key == "threads")
     return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
-  if (key == "parameters") return cell.parameters.canonical();
+  if (key == "parameters") return cell.changes();
   if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) return *label;
   const auto found = cell.parameters.values().find(key);
   return found == cell.parameters.values().end() ? "" : found->second;

@@ -45,7 +45,9 @@ struct Cell {
   std::string line_key() const;
   /// line_key and stage: finds a cell's row without its data being present.
   std::string row_key() const;
-  /// "cells csgvr brick=32 encode, 2 threads".
+  /// Parameters of the codec that differ from their defaults (Parameters::changes).
+  std::string changes() const;
+  /// "cells csgvr brick=64 encode, 2 threads".
   std::string describe() const;
 };
 

@@ -47,7 +47,7 @@ std::string describe(const std::vector<std::string>& labels) {
 /// Why a line has no figure.
 std::string why_missing(const TableLine& line, const std::string& metric) {
   std::string name = line.cell->codec;
-  if (const std::string values = line.cell->parameters.canonical(); !values.empty()) name += " " + values;
+  if (const std::string values = line.cell->changes(); !values.empty()) name += " " + values;
   if (line.cell->render) name += " " + line.cell->render->access;
   bool ran = false;
   for (const auto& [stage, row] : line.rows) {

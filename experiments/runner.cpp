@@ -383,7 +383,7 @@ class Runner {
 
   /// What `PROGRAM --version` says in brackets.
   static std::string revision_of(const std::string& program) {
-    const std::string line = first_line_of(program, "--version");
+    const std::string line = first_line_of(fs::canonical(program).string(), "--version");
     const std::size_t from = line.find('('), to = line.find(')');
     return from == std::string::npos || to == std::string::npos ? line : line.substr(from + 1, to - from - 1);
   }

@@ -37,7 +37,7 @@ int show_comparison(const TrackingChoices& c, const std::vector<Row>& base, cons
   const CompareReport report =
       compare_rows(base, fresh, {floors_for(c.noise, base, arrangement), arrangement == Arrangement::kInterleaved});
   if (c.format == "jsonl") {
-    for (const Row& row : compare_to_rows(report)) print_json(row);
+    for (const Row& row : compare_to_rows(report)) fmt::print("{}\n", row.dump());
   } else {
     fmt::print("{}", describe(report, c.explain));
   }
@@ -143,9 +143,9 @@ int show_history(const TrackingChoices& c) {
     if (!c.since.empty() && step.time < c.since) continue;
     worse = worse || (step.worse && step.last);
     if (c.format == "jsonl") {
-      print_json({{"time", step.time}, {"revision", step.revision}, {"previous", step.previous}, {"machine", step.machine}, {"key", step.key},
+      fmt::print("{}\n", Row{{"time", step.time}, {"revision", step.revision}, {"previous", step.previous}, {"machine", step.machine}, {"key", step.key},
                   {"quantity", step.quantity}, {"before", step.before}, {"after", step.after}, {"ratio", step.ratio}, {"worse", step.worse},
-                  {"last", step.last}});
+                  {"last", step.last}}.dump());
     } else {
       fmt::print("{} {} (after {}): {} {}: {} -> {}{}{}\n", step.time, step.revision, step.previous, step.key, step.quantity, step.before,
                  step.after, step.ratio == 1 ? "" : fmt::format(" ({:+.1f} %)", 100 * (step.ratio - 1)),

@@ -52,11 +52,12 @@ Baseline baseline_of(const Config& config, const std::vector<Row>& rows) {
   for (const Cell& cell : config.cells) keys.insert(cell.row_key());
   for (const auto& [key, row] : latest_by(rows, "key")) {
     if (!keys.contains(key)) continue;
-    auto& figures = baseline.cells[key];
+    std::map<std::string, Row> figures;
     if (row.value("status", "") != kOk) figures["status"] = row["status"];
     for (const Quantity& quantity : quantities_of(row)) {
       if (belongs(quantity)) figures[quantity.name] = rounded(quantity);
     }
+    if (!figures.empty()) baseline.cells[key] = std::move(figures);  // memcpy has none
   }
   return baseline;
 }

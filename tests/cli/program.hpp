@@ -32,7 +32,7 @@ class Program {
 
   /// The arguments as a shell reads them; the current folder is the test's own.
   Outcome run(const std::string& arguments) const {
-    const std::string command = "cd " + folder_.string() + " && XDG_CACHE_HOME=" + (*this / "cache") +
+    const std::string command = "cd " + folder_.string() + " && XDG_CACHE_HOME=" + (*this / "cache") + " XDG_DATA_HOME=" + (*this / "share") +
                                 " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " + arguments + " 2>" +
                                 (*this / "stderr");
     FILE* pipe = popen(command.c_str(), "r");
