@@ -18,7 +18,7 @@ inline constexpr int kExitOk = 0, kExitCheckFailed = 1, kExitUsage = 2, kExitEnv
 void add_run_commands(CLI::App& app, const Environment& environment,
                       int& exit_code);  // run, plan, table, claims, worker
 void add_tracking_commands(CLI::App& app, const Environment& environment,
-                           int& exit_code);  // compare, ab, aa, baseline, history
+                           int& exit_code);  // compare, ab, aa, baseline, history, export
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code);  // list
 void add_volume_commands(CLI::App& app, int& exit_code);                               // generate, convert
 void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate

@@ -1,4 +1,4 @@
-// compare, ab, aa, baseline, history
+// compare, ab, aa, baseline, history, export
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 #include "experiments/cli/run_choices.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/tracking/baseline.hpp"
+#include "experiments/tracking/export.hpp"
 #include "experiments/tracking/history.hpp"
 #include "experiments/tracking/noise_measurement.hpp"
 
@@ -156,6 +157,15 @@ int show_history(const TrackingChoices& c) {
   return worse ? kExitCheckFailed : kExitOk;
 }
 
+int export_rows(const TrackingChoices& c) {
+  std::vector<Row> rows;
+  for (const std::string& folder : c.results) {
+    for (Row& row : rows_in(folder)) rows.push_back(std::move(row));
+  }
+  fmt::print("{}", c.format == "csv" ? to_csv(rows) : to_google_benchmark(rows).dump(1) + "\n");
+  return kExitOk;
+}
+
 }  // namespace
 
 void add_tracking_commands(CLI::App& app, const Environment& environment, int& exit_code) {
@@ -219,6 +229,11 @@ void add_tracking_commands(CLI::App& app, const Environment& environment, int& e
   showing->add_option("--noise", c->noise, "file of noise floors ('aa')");
   showing->add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
   for (auto* command : {adding, showing}) command->add_option("--store", c->store, "folder of the history");
+  auto* exporting = app.add_subcommand("export", "Prints rows for other tools: the JSON of Google Benchmark, or CSV");
+  exporting->add_option("results", c->results, "folders with rows.jsonl")->required();
+  exporting->add_option("--format", c->format, "google-benchmark | csv")->required()->check(CLI::IsMember({"google-benchmark", "csv"}));
+  exporting->callback([c, &exit_code] { exit_code = export_rows(*c); });
+
   adding->callback([c, &exit_code] { exit_code = add_history(*c); });
   showing->callback([c, &exit_code] { exit_code = show_history(*c); });
 }

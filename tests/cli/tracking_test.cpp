@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -95,6 +96,28 @@ TEST_F(Tracking, TheBaselineNamesCodecVolumeAndSection) {
   const Outcome changed = program_.run("baseline check configs/c.yaml");
   EXPECT_EQ(changed.exit_code, 1);
   EXPECT_THAT(changed.out, AllOf(HasSubstr("blob|96x80x64|csgvr"), HasSubstr("size.checksums.index: \"0123456789abcdef\" ->"), HasSubstr("1 differ")));
+}
+
+TEST_F(Tracking, RowsAreExportedForOtherTools) {
+  ASSERT_EQ(program_.run("run configs/c.yaml --out o").exit_code, 0);
+  const json file = json::parse(program_.run("export o --format google-benchmark").out);
+  ASSERT_TRUE(file.contains("context"));
+  std::size_t iterations = 0, medians = 0;
+  for (const json& one : file["benchmarks"]) {
+    EXPECT_EQ(one["time_unit"], "ns");
+    EXPECT_GT(one["real_time"].get<double>(), 0) << one.dump();
+    if (one["run_name"] != "blob/96x80x64/csgvr/brick=32/1/decode") continue;
+    iterations += one["run_type"] == "iteration";
+    medians += one.value("aggregate_name", "") == "median";
+    if (one["run_type"] == "iteration") {
+      EXPECT_GT(one["bytes"].get<double>(), 0);
+    }
+  }
+  EXPECT_EQ(iterations, 12u);
+  EXPECT_EQ(medians, 1u);
+  const std::string csv = program_.run("export o --format csv").out;
+  EXPECT_THAT(csv.substr(0, csv.find("\r\n")), AllOf(HasSubstr("cell,key,status"), HasSubstr("size.breakdown.index"), HasSubstr("time.seconds.median")));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 4);
 }
 
 TEST_F(Tracking, HistoryNamesTheCommitOfAStep) {

@@ -1,0 +1,149 @@
+#include "experiments/tracking/export.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "experiments/statistics.hpp"
+#include "experiments/tracking/quantities.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+double nanoseconds_of(const std::string& unit) { return unit == "s" ? 1e9 : unit == "ms" ? 1e6 : 1; }
+
+/// The key of a row as a path, the stage left to the kind of time.
+std::string name_of_row(const Row& row) {
+  std::string name = row["key"].get<std::string>();
+  std::ranges::replace(name, '|', '/');
+  return name.substr(0, name.rfind('/'));
+}
+
+std::vector<double> cpu_samples(const Row& row, const Quantity& quantity) {
+  if (quantity.name != row.value("stage", "")) return {};
+  return row["time"].value("cpu_seconds", Row::object()).value("samples", std::vector<double>{});
+}
+
+Row entry(const std::string& name, std::size_t threads, std::size_t repetitions, double real, double cpu) {
+  return {{"name", name},       {"run_name", name},      {"run_type", "iteration"}, {"repetitions", repetitions}, {"threads", threads},
+          {"iterations", 1},    {"real_time", real},     {"cpu_time", cpu},         {"time_unit", "ns"}};
+}
+
+double deviation(const std::vector<double>& samples, double mean) {
+  double sum = 0;
+  for (const double x : samples) sum += (x - mean) * (x - mean);
+  return samples.size() < 2 ? 0 : std::sqrt(sum / static_cast<double>(samples.size() - 1));
+}
+
+void add_aggregates(const std::string& name, std::size_t threads, const std::vector<double>& real, const std::vector<double>& cpu,
+                    Row& benchmarks) {
+  const Statistics r = summarize(real), c = summarize(cpu);
+  const double real_deviation = deviation(real, r.mean), cpu_deviation = deviation(cpu, c.mean);
+  const auto add = [&](const char* aggregate, double of_real, double of_cpu, const char* unit = "time") {
+    Row row = entry(fmt::format("{}_{}", name, aggregate), threads, real.size(), of_real, of_cpu);
+    row["run_name"] = name;
+    row["run_type"] = "aggregate";
+    row["aggregate_name"] = aggregate;
+    row["aggregate_unit"] = unit;
+    row["iterations"] = real.size();
+    benchmarks.push_back(std::move(row));
+  };
+  add("mean", r.mean, c.mean);
+  add("median", r.median, c.median);
+  add("stddev", real_deviation, cpu_deviation);
+  add("cv", r.mean > 0 ? real_deviation / r.mean : 0, c.mean > 0 ? cpu_deviation / c.mean : 0, "percentage");
+}
+
+void add_counters(const Row& row, Row& benchmark) {
+  for (const auto& [part, name] : {std::pair{"size", "bytes"}, {"size", "bits_per_voxel"}, {"error", "psnr_db"}}) {
+    if (row.contains(part) && row[part].contains(name) && row[part][name].is_number()) benchmark[name] = row[part][name];
+  }
+}
+
+/// Calls visit(place, value) for everything that is no object and no list.
+template <class F>
+void walk(const Row& row, const std::string& place, const F& visit) {
+  for (const auto& [key, value] : row.items()) {
+    const std::string here = place.empty() ? key : place + "." + key;
+    if (value.is_object()) walk(value, here, visit);
+    else if (!value.is_array()) visit(here, value);
+  }
+}
+
+std::string csv_field(const Row& value) {
+  if (value.is_null()) return "";
+  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+}  // namespace
+
+Row to_google_benchmark(const std::vector<Row>& rows) {
+  Row file;
+  file["context"] = Row::object();
+  file["benchmarks"] = Row::array();
+  const auto latest = latest_by(rows, "key");
+  std::set<std::string> seen;
+  for (const Row& any : rows) {
+    const std::string key = any.value("key", "");
+    if (!seen.insert(key).second) continue;
+    const Row& row = latest.at(key);
+    if (row.value("status", "") != kOk) continue;
+    if (file["context"].empty()) {
+      const Row& from = row["provenance"];
+      file["context"] = {{"date", from.value("time", "")},         {"host_name", from.value("machine", "")},
+                         {"executable", "cvrbench"},               {"num_cpus", from.value("cores", 1)},
+                         {"mhz_per_cpu", 0},                       {"cpu_scaling_enabled", false},
+                         {"caches", Row::array()},                 {"library_build_type", "release"},
+                         {"cpu", from.value("cpu", "")},           {"revision", from.value("revision", "")}};
+    }
+    const auto threads = row.value("threads", std::size_t{1});
+    for (const Quantity& quantity : quantities_of(row)) {
+      if (quantity.kind != QuantityKind::kTime) continue;
+      const std::string name = name_of_row(row) + "/" + quantity.name;
+      std::vector<double> real, cpu = cpu_samples(row, quantity);
+      for (const double x : quantity.samples) real.push_back(x * nanoseconds_of(quantity.unit));
+      for (double& x : cpu) x *= nanoseconds_of(quantity.unit);
+      if (cpu.size() != real.size()) cpu = real;
+      for (std::size_t i = 0; i < real.size(); ++i) {
+        Row one = entry(name, threads, real.size(), real[i], cpu[i]);
+        one["repetition_index"] = i;
+        add_counters(row, one);
+        file["benchmarks"].push_back(std::move(one));
+      }
+      add_aggregates(name, threads, real, cpu, file["benchmarks"]);
+    }
+  }
+  return file;
+}
+
+std::string to_csv(const std::vector<Row>& rows) {
+  std::vector<std::string> columns;
+  std::map<std::string, std::size_t> places;
+  for (const Row& row : rows) {
+    walk(row, "", [&](const std::string& place, const Row&) {
+      if (places.emplace(place, columns.size()).second) columns.push_back(place);
+    });
+  }
+  std::string text;
+  const auto add_line = [&](const std::vector<std::string>& fields) {
+    for (std::size_t i = 0; i < fields.size(); ++i) text += (i == 0 ? "" : ",") + fields[i];
+    text += "\r\n";
+  };
+  add_line(columns);
+  for (const Row& row : rows) {
+    std::vector<std::string> fields(columns.size());
+    walk(row, "", [&](const std::string& place, const Row& value) { fields[places.at(place)] = csv_field(value); });
+    add_line(fields);
+  }
+  return text;
+}
+
+}  // namespace cvr::experiments
