@@ -90,7 +90,7 @@ int aa(const TrackingChoices& c, const Environment& environment) {
   const Row provenance = describe_machine_and_build();
   store_floors(c.noise, provenance, config.path, Arrangement::kInterleaved, interleaved);
   store_floors(c.noise, provenance, config.path, Arrangement::kApart, separate);
-  fmt::print("| runs | kind of time | floor | median | largest | comparisons |\n|---|---|---:|---:|---:|---:|\n");
+  fmt::print("| runs | kind of time | floor | median ratio off by | largest | comparisons |\n|---|---|---:|---:|---:|---:|\n");
   print_floors("apart", separate);
   print_floors("interleaved", interleaved);
   std::size_t wrong = 0, compared = 0;

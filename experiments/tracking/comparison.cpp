@@ -116,6 +116,7 @@ class Comparer {
     c.outcome = verdict.outcome;
     c.ratio = verdict.estimate.ratio, c.low = verdict.estimate.low, c.high = verdict.estimate.high;
     c.p = verdict.p;
+    c.gap = verdict.gap;
     c.reason = verdict.reason;
   }
 
@@ -161,7 +162,7 @@ std::string_view name_of(Outcome outcome) {
 }
 
 TimeVerdict judge_times(std::span<const double> base, std::span<const double> fresh, double floor, bool paired) {
-  TimeVerdict verdict{Outcome::kUndecided, paired ? paired_ratio(base, fresh) : ratio_of(base, fresh), 1, ""};
+  TimeVerdict verdict{Outcome::kUndecided, paired ? paired_ratio(base, fresh) : ratio_of(base, fresh), 1, 0, ""};
   double lower, upper;  // how far the quartile ranges lie apart: new over base, upwards and downwards
   if (paired) {
     std::vector<double> ratios;
@@ -175,19 +176,21 @@ TimeVerdict judge_times(std::span<const double> base, std::span<const double> fr
     verdict.p = mann_whitney_p(base, fresh);
   }
   const RatioEstimate& estimate = verdict.estimate;
+  verdict.gap = std::max({0.0, lower - 1, 1 / upper - 1});
   const bool apart_up = lower > 1 + floor, apart_down = upper < 1 / (1 + floor);
+  const double margin = std::max(floor, kSameMargin);
   const char* ranges = paired ? "the quartiles of the ratios lie" : "the quartile ranges lie";
   if ((apart_up || apart_down) && verdict.p < kSignificance) {
     verdict.outcome = apart_up ? Outcome::kSlower : Outcome::kFaster;
     verdict.reason = fmt::format("{} beyond the floor of {:.1f} %, p = {:.2g}", ranges, 100 * floor, verdict.p);
-  } else if (estimate.coverage > 0 && estimate.low >= 1 / (1 + floor) && estimate.high <= 1 + floor) {
+  } else if (estimate.coverage > 0 && estimate.low >= 1 / (1 + margin) && estimate.high <= 1 + margin) {
     verdict.outcome = Outcome::kSame;
-    verdict.reason = fmt::format("the interval of the ratio lies within the floor of {:.1f} %", 100 * floor);
+    verdict.reason = fmt::format("the interval of the ratio lies within {:.1f} %", 100 * margin);
   } else if (apart_up || apart_down) {
     verdict.reason = fmt::format("{} beyond the floor, but p = {:.2g} is not below {}: more rounds", ranges, verdict.p, kSignificance);
   } else {
     verdict.reason = estimate.coverage == 0 ? "too few rounds for an interval"
-                                            : fmt::format("the interval of the ratio leaves the floor of {:.1f} %, but {} within", 100 * floor, ranges);
+                                            : fmt::format("the interval of the ratio leaves {:.1f} %, but {} within the floor of {:.1f} %", 100 * margin, ranges, 100 * floor);
   }
   return verdict;
 }

@@ -3,7 +3,7 @@
 // Exact figures are compared always; one that differs is a difference. Counted work is more or less where it differs by more than its
 // tolerance. Times are compared only between rows of the same cell and machine: a verdict starts at undecided and becomes
 //   slower, faster   where the quartile ranges lie apart by more than the noise floor and a rank test gives p < kSignificance
-//   same             where the 95 % interval of the ratio lies within the noise floor
+//   same             where the 95 % interval of the ratio lies within the noise floor, or kSameMargin where that is more
 // Series whose rounds were interleaved (of `ab`) are compared in pairs: the quartile range is that of the ratios, the test that of signs.
 #pragma once
 
@@ -19,6 +19,7 @@
 namespace cvr::experiments {
 
 inline constexpr double kSignificance = 0.002;
+inline constexpr double kSameMargin = 0.05;
 
 enum class Outcome : std::uint8_t { kSame, kFaster, kSlower, kUndecided, kDiffers, kMore, kLess, kNotCompared };
 inline constexpr std::size_t kOutcomes = 8;
@@ -35,6 +36,7 @@ struct ComparedQuantity {
   double ratio = 1;         ///< new / base, of numbers and times
   double low = 0, high = 0; ///< interval of the ratio, of times
   double p = 1;
+  double gap = 0;           ///< how far the quartile ranges lie apart, of times
   double floor = 0;         ///< that the verdict was made by
   std::string reason;
 };
@@ -44,6 +46,7 @@ struct TimeVerdict {
   Outcome outcome;
   RatioEstimate estimate;
   double p;
+  double gap;  ///< how far the quartile ranges lie apart, relative; 0 where they overlap
   std::string reason;
 };
 TimeVerdict judge_times(std::span<const double> base, std::span<const double> fresh, double floor, bool paired);

@@ -1,4 +1,4 @@
-// How far two measurements of one build lie apart on a machine, by kind of time: what a difference must exceed to say anything.
+// How far the quartile ranges of two measurements of one build lie apart on a machine, by kind of time: what a difference must exceed to say anything.
 //
 // Measured by `aa` and kept in a file, an object a machine (its fingerprint: provenance.hpp), later measurements in place of earlier:
 //   {"MACHINE": {"cpu": TEXT, "time": TIME, "config": TEXT,
