@@ -300,6 +300,10 @@ class Runner {
   bool do_round(Active& one, std::mt19937_64& order) {
     say(fmt::format("{}: round {}", one.planned->cell.describe(), one.sides.front().measured.rounds + 1));
     const std::size_t first = one.sides.size() > 1 ? order() % one.sides.size() : 0;
+    // Two processes each at home on a core of its own would meet what else these cores do: both take the round on the same one.
+    if (one.sides.size() > 1 && one.planned->cell.threads.count == 1 && one.planned->cell.stage != Stage::kRender) {
+      for (Side& side : one.sides) side.worker->move_to_core(one.sides.front().measured.rounds);
+    }
     for (std::size_t i = 0; i < one.sides.size(); ++i) {
       if (!do_round_of(one, one.sides[(first + i) % one.sides.size()])) return false;
     }

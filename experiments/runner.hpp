@@ -7,7 +7,7 @@
 // the workers of a group would need more memory than there is, the group is cut.
 //
 // Two programs can run side by side (RunOptions::contenders): each cell then has a worker of each, which take every round one right after the
-// other, the first to go drawn anew, and end together. Sample i of a row of one then pairs with sample i of the same row of the other.
+// other, the first to go drawn anew, single-threaded ones on the same core, another each round; they end together. Sample i of a row of one then pairs with sample i of the same row of the other.
 #pragma once
 
 #include <csignal>

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -88,6 +89,21 @@ WorkerProcess::WorkerProcess(const std::string& program) {
 
 WorkerProcess::~WorkerProcess() {
   if (pid_ > 0) finish(0);
+}
+
+void WorkerProcess::move_to_core(std::size_t n) {
+  cpu_set_t allowed, one;
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
+  const auto count = static_cast<std::size_t>(CPU_COUNT(&allowed));
+  if (count == 0) return;
+  n %= count;
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (!CPU_ISSET(core, &allowed) || n-- > 0) continue;
+    CPU_ZERO(&one);
+    CPU_SET(core, &one);
+    sched_setaffinity(pid_, sizeof one, &one);
+    return;
+  }
 }
 
 bool WorkerProcess::send(const std::string& text) {

@@ -36,6 +36,9 @@ class WorkerProcess {
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
+  /// Runs it on one core from now on, of those that it may use: the n-th, counted round. Its threads that are there stay where they are.
+  void move_to_core(std::size_t n);
+
   /// False when the worker is gone.
   bool send(const std::string& text);
 
