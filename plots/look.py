@@ -1,0 +1,167 @@
+"""How figures look: colours, markers, sizes, and how they become SVG and PDF.
+
+A panel is one column of a two-column paper wide, 3.3 inches, with type of 7 points. Colours are mid tones: each stands out by 3 : 1 or more
+from white and from the page's dark background, and differs from the others for the colour-blind as Okabe and Ito's do, darkened; what shares a
+colour differs by its marker. Text and axes have one placeholder colour, which becomes `currentColor` in the page.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.figure import Figure as Drawing  # noqa: E402
+from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, LogLocator, NullFormatter  # noqa: E402
+
+from estimates import Estimate, spell  # noqa: E402
+
+COLUMN_INCHES = 3.3
+HEIGHT_INCHES = 2.35
+INK = "#121314"
+
+BLUE, ORANGE, GREEN, PURPLE, RED, GREY, TEAL, PINK = (
+    "#2f7fc1", "#b87400", "#17936c", "#8f6bd1", "#d1562f", "#808080", "#12899b", "#c2609b")
+
+# Colour and marker of what the harness knows today; anything else gets one of what is left, by its name.
+CODECS = {
+    "memcpy": (GREY, "1"), "raw": (GREY, "s"), "zstd": (GREY, "^"), "lzma": (GREY, "v"), "hdf5-gzip": (GREY, "D"),
+    "neuroglancer": (ORANGE, "o"), "compresso": (PINK, "^"), "compresso-lzma": (PINK, "v"),
+    "csgv-nibble": (BLUE, "s"), "csgv-rans": (BLUE, "D"), "csgvr-nibble": (GREEN, "s"), "csgvr": (GREEN, "o"), "csgvr-sb": (GREEN, "^"),
+    "vq": (PURPLE, "s"), "hvq": (RED, "D"), "tvq": (TEAL, "o"), "zfp": (ORANGE, "^"), "astc": (BLUE, "v"), "bc4": (PINK, "P"),
+}
+CACHE_MARKERS = {"none": "o", "voxel": "s", "voxel-es": "D", "brick": "^", "brick-coop": "v", "brick-coop-shared": "P", "slices": "X"}
+SPARE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL, PINK)
+SPARE_MARKERS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "h")
+LINES = ("-", "--", ":", "-.")
+
+SETTINGS = {
+    "font.family": ["DejaVu Sans"], "font.size": 7, "axes.titlesize": 7.5, "axes.labelsize": 7, "xtick.labelsize": 6.5, "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.2, "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "axes.titlecolor": INK, "xtick.color": INK,
+    "ytick.color": INK, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": GREY,
+    "grid.alpha": 0.3, "grid.linewidth": 0.4, "lines.linewidth": 1.1, "lines.markersize": 4, "figure.facecolor": "none",
+    "axes.facecolor": "none", "savefig.facecolor": "none", "svg.fonttype": "none", "svg.hashsalt": "cvrbench", "pdf.fonttype": 42,
+    "legend.frameon": False, "axes.axisbelow": True, "figure.constrained_layout.use": True,
+}
+matplotlib.rcParams.update(SETTINGS)
+
+
+def spare(name: str, choices: tuple[str, ...]) -> str:
+    """A choice that depends on the name alone."""
+    return choices[sum(name.encode()) % len(choices)]
+
+
+def codec_colour(codec: str) -> str:
+    return CODECS[codec][0] if codec in CODECS else spare(codec, SPARE_COLOURS)
+
+
+def codec_marker(codec: str) -> str:
+    return CODECS[codec][1] if codec in CODECS else spare(codec, SPARE_MARKERS)
+
+
+def cache_marker(cache: str) -> str:
+    return CACHE_MARKERS.get(cache) or spare(cache, SPARE_MARKERS)
+
+
+def new_panel(height: float = HEIGHT_INCHES, stacked: int = 1) -> tuple[Drawing, list[Axes]]:
+    """An empty panel of `stacked` axes over one another that share x."""
+    drawing = Drawing(figsize=(COLUMN_INCHES, height))
+    return drawing, list(drawing.subplots(stacked, 1, sharex=True, squeeze=False)[:, 0])
+
+
+def log_axis(axis: Axes, which: str) -> None:
+    """A logarithmic axis with plain numbers; of a range within one decade 2 and 5 are labelled too."""
+    getattr(axis, f"set_{which}scale")("log")
+    low, high = getattr(axis, f"get_{which}lim")()
+    target = getattr(axis, f"{which}axis")
+    narrow = low > 0 and high / low < 30
+    target.set_major_locator(LogLocator(subs=(1, 2, 5) if narrow else (1,), numticks=12))
+    target.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 <= value < 1e6 else f"{value:.0e}"))
+    target.set_minor_formatter(NullFormatter())
+
+
+def error_bars(found: Estimate) -> list[list[float]] | None:
+    """The interval as matplotlib wants it."""
+    if found.low is None or found.high is None:
+        return None
+    return [[max(0.0, found.value - found.low)], [max(0.0, found.high - found.value)]]
+
+
+def direct_label(axis: Axes, x: float, y: float, text: str, colour: str, placed: list[tuple[float, float, float, float]]) -> None:
+    """A label beside a point, at the first of eight places where it overlaps neither another label nor the edge; `placed` collects boxes."""
+    width, height = 3.7 * len(text), 7.0
+    to_points = 72 / axis.figure.dpi
+    px, py = (v * to_points for v in axis.transData.transform((x, y)))
+    left, bottom, right, top = (v * to_points for v in axis.get_window_extent().extents)
+    places = [(4, -2.2, "left"), (-4, -2.2, "right"), (4, 5, "left"), (4, -9.5, "left"), (-4, 5, "right"), (-4, -9.5, "right"), (4, 12, "left"), (4, -16, "left")]
+    for dx, dy, side in places:
+        x0 = px + dx - (width if side == "right" else 0)
+        box = (x0, py + dy, x0 + width, py + dy + height)
+        inside = box[0] >= left - 2 and box[2] <= right + 8 and box[1] >= bottom and box[3] <= top + 8
+        if inside and not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in placed):
+            break
+    else:
+        dx, dy, side = places[0]
+        x0 = px + dx
+        box = (x0, py + dy, x0 + width, py + dy + height)
+    placed.append(box)
+    axis.annotate(text, (x, y), (dx, dy), textcoords="offset points", ha=side, va="bottom", fontsize=6, color=colour, annotation_clip=False)
+
+
+def to_svg(drawing: Drawing, prefix: str, label: str, description: str) -> str:
+    """The panel as an inline SVG element: its ids begin with `prefix`, and title and desc say what it shows."""
+    text = io.StringIO()
+    drawing.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg"):]
+    svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg, flags=re.S)
+    svg = re.sub(r'\b(id="|xlink:href="#|url\(#)', lambda m: m.group(1) + prefix + "-", svg)
+    svg = svg.replace("xlink:href=", "href=").replace(INK, "currentColor")
+    svg = re.sub(r' xmlns:xlink="[^"]*"', "", svg)
+    svg = re.sub(r"(\d+\.\d{2})\d+", r"\1", svg)
+    opening = re.match(r"<svg[^>]*>", svg)
+    assert opening is not None
+    box = re.search(r'viewBox="([^"]*)"', opening.group(0))
+    head = (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box.group(1) if box else "0 0 238 170"}" role="img" '
+            f'aria-labelledby="{prefix}-title {prefix}-desc"><title id="{prefix}-title">{escape(label)}</title>'
+            f'<desc id="{prefix}-desc">{escape(description)}</desc>')
+    return head + svg[opening.end():]
+
+
+def escape(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+
+
+def write_files(drawing: Drawing, stem: Path) -> None:
+    """STEM.pdf and STEM.svg as they go into a paper: black text, transparent background."""
+    drawing.savefig(stem.with_name(stem.name + ".pdf"), metadata={"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None})
+    with matplotlib.rc_context({"svg.fonttype": "path"}):
+        drawing.savefig(stem.with_name(stem.name + ".svg"), metadata={"Date": None})
+
+
+def axis_with_exact(values: list[float | None], axis: Axes) -> float:
+    """Where exact points (None) lie on a PSNR axis: above all others, with a line that says so. The y of that line."""
+    known = [v for v in values if v is not None]
+    low, high = (min(known), max(known)) if known else (30.0, 40.0)
+    top = high + max(3.0, 0.2 * (high - low))
+    if any(v is None for v in values):
+        axis.axhline(top, color=GREY, linewidth=0.6, linestyle=":")
+        axis.annotate("exact", (0, top), (2, 2), xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=6)
+    return top
+
+
+def describe_points(points: list[tuple[str, float, float]], x_name: str, y_name: str, most: int = 12) -> str:
+    """What a reader who cannot see the panel needs: each point, up to `most` of them."""
+    told = "; ".join(f"{label}: {x_name} {spell(x)}, {y_name} {spell(y)}" for label, x, y in points[:most])
+    return told + (f"; and {len(points) - most} more" if len(points) > most else "")
+
+
+def log_axis_labels(axis: Axes, ticks: list[float]) -> None:
+    """Few values of a logarithmic x axis labelled one by one, large ones as powers."""
+    axis.xaxis.set_major_locator(FixedLocator(ticks))
+    axis.xaxis.set_major_formatter(FixedFormatter([spell(tick) if tick >= 1e4 else f"{tick:g}" for tick in ticks]))
