@@ -17,13 +17,17 @@ matplotlib.use("Agg")
 
 from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure as Drawing  # noqa: E402
-from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, LogLocator, NullFormatter  # noqa: E402
+from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator  # noqa: E402
 
 from estimates import Estimate, spell  # noqa: E402
+from rows import Row  # noqa: E402
 
 COLUMN_INCHES = 3.3
 HEIGHT_INCHES = 2.35
 INK = "#121314"
+LETTER_POINTS = 3.7  # of a label, about
+AXIS_POINTS = 200.0  # width of a panel's axes, about
+GOOD_AS_EXACT_DB = 100.0  # of a picture: differences are rounding alone
 
 BLUE, ORANGE, GREEN, PURPLE, RED, GREY, TEAL, PINK = (
     "#2f7fc1", "#b87400", "#17936c", "#8f6bd1", "#d1562f", "#808080", "#12899b", "#c2609b")
@@ -36,6 +40,9 @@ CODECS = {
     "vq": (PURPLE, "s"), "hvq": (RED, "D"), "tvq": (TEAL, "o"), "zfp": (ORANGE, "^"), "astc": (BLUE, "v"), "bc4": (PINK, "P"),
 }
 CACHE_MARKERS = {"none": "o", "voxel": "s", "voxel-es": "D", "brick": "^", "brick-coop": "v", "brick-coop-shared": "P", "slices": "X"}
+# How markers of a colour are filled, where the marker is the access mode's.
+FILLS = ("full", "none", "left")
+CODEC_FILLS = {"csgvr": "none", "csgvr-nibble": "left", "csgv-nibble": "none", "zstd": "none", "lzma": "left", "hdf5-gzip": "none", "compresso": "none"}
 SPARE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL, PINK)
 SPARE_MARKERS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "h")
 LINES = ("-", "--", ":", "-.")
@@ -60,8 +67,29 @@ def codec_colour(codec: str) -> str:
     return CODECS[codec][0] if codec in CODECS else spare(codec, SPARE_COLOURS)
 
 
+def codec_order(codec: str) -> tuple[int, str]:
+    """Codecs as they are listed above, then the others by name."""
+    return (list(CODECS).index(codec) if codec in CODECS else len(CODECS), codec)
+
+
+def row_order(row: Row) -> tuple:
+    """Rows of a volume by codec, parameters as numbers where they are, threads, access mode."""
+    modes = list(CACHE_MARKERS)
+    cache = row.text("render/cache")
+    return (codec_order(row.codec), tuple((name, leading_numbers(value), value) for name, value in sorted(row.parameters.items())), row.threads,
+            modes.index(cache) if cache in modes else len(modes), cache)
+
+
+def leading_numbers(text: str) -> tuple[float, ...]:
+    return tuple(float(part) for part in re.findall(r"\d+(?:\.\d+)?", text))
+
+
 def codec_marker(codec: str) -> str:
     return CODECS[codec][1] if codec in CODECS else spare(codec, SPARE_MARKERS)
+
+
+def codec_fill(codec: str) -> str:
+    return CODEC_FILLS.get(codec, "full")
 
 
 def cache_marker(cache: str) -> str:
@@ -75,14 +103,14 @@ def new_panel(height: float = HEIGHT_INCHES, stacked: int = 1) -> tuple[Drawing,
 
 
 def log_axis(axis: Axes, which: str) -> None:
-    """A logarithmic axis with plain numbers; of a range within one decade 2 and 5 are labelled too."""
+    """A logarithmic axis with plain numbers; 2 and 5 are labelled too where the range is short, even steps where it is within a decade."""
     getattr(axis, f"set_{which}scale")("log")
     low, high = getattr(axis, f"get_{which}lim")()
     target = getattr(axis, f"{which}axis")
-    narrow = low > 0 and high / low < 30
-    target.set_major_locator(LogLocator(subs=(1, 2, 5) if narrow else (1,), numticks=12))
+    span = high / low if low > 0 else 1e9
+    target.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]) if span < 6 else LogLocator(subs=(1, 2, 5) if span < 300 else (1,), numticks=12))
     target.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 <= value < 1e6 else f"{value:.0e}"))
-    target.set_minor_formatter(NullFormatter())
+    target.set_minor_locator(NullLocator())
 
 
 def error_bars(found: Estimate) -> list[list[float]] | None:
@@ -92,29 +120,42 @@ def error_bars(found: Estimate) -> list[list[float]] | None:
     return [[max(0.0, found.value - found.low)], [max(0.0, found.high - found.value)]]
 
 
-def direct_label(axis: Axes, x: float, y: float, text: str, colour: str, placed: list[tuple[float, float, float, float]]) -> None:
-    """A label beside a point, at the first of eight places where it overlaps neither another label nor the edge; `placed` collects boxes."""
-    width, height = 3.7 * len(text), 7.0
-    to_points = 72 / axis.figure.dpi
-    px, py = (v * to_points for v in axis.transData.transform((x, y)))
-    left, bottom, right, top = (v * to_points for v in axis.get_window_extent().extents)
-    places = [(4, -2.2, "left"), (-4, -2.2, "right"), (4, 5, "left"), (4, -9.5, "left"), (-4, 5, "right"), (-4, -9.5, "right"), (4, 12, "left"), (4, -16, "left")]
-    for dx, dy, side in places:
+Box = tuple[float, float, float, float]
+PLACES = ((4, -2.2, "left"), (-4, -2.2, "right"), (4, 5, "left"), (4, -9.5, "left"), (-4, 5, "right"), (-4, -9.5, "right"), (4, 12, "left"), (4, -16, "left"),
+          (-4, 12, "right"), (-4, -16, "right"))
+
+
+def in_points(axis: Axes, x: float, y: float) -> tuple[float, float]:
+    """Where a value lies, in points of the panel."""
+    px, py = axis.transData.transform((x, y))
+    return px * 72 / axis.figure.dpi, py * 72 / axis.figure.dpi
+
+
+def place_label(axis: Axes, x: float, y: float, text: str, taken: list[Box]) -> tuple[float, float, str] | None:
+    """The first place beside a point where a label overlaps neither what is taken nor the edge; None where there is none."""
+    width, height = LETTER_POINTS * len(text), 7.0
+    px, py = in_points(axis, x, y)
+    left, bottom, right, top = (v * 72 / axis.figure.dpi for v in axis.get_window_extent().extents)
+    for dx, dy, side in PLACES:
         x0 = px + dx - (width if side == "right" else 0)
         box = (x0, py + dy, x0 + width, py + dy + height)
-        inside = box[0] >= left - 2 and box[2] <= right + 8 and box[1] >= bottom and box[3] <= top + 8
-        if inside and not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in placed):
-            break
-    else:
-        dx, dy, side = places[0]
-        x0 = px + dx
-        box = (x0, py + dy, x0 + width, py + dy + height)
-    placed.append(box)
-    axis.annotate(text, (x, y), (dx, dy), textcoords="offset points", ha=side, va="bottom", fontsize=6, color=colour, annotation_clip=False)
+        inside = box[0] >= left - 2 and box[2] <= right + 8 and box[1] >= bottom - 2 and box[3] <= top + 6
+        if inside and not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken):
+            taken.append(box)
+            return dx, dy, side
+    return None
+
+
+def freeze(drawing: Drawing) -> None:
+    """Lays the panel out once: afterwards nothing moves, and saving it in several formats costs no further layout."""
+    if drawing.get_layout_engine() is not None:
+        drawing.draw_without_rendering()
+        drawing.set_layout_engine("none")
 
 
 def to_svg(drawing: Drawing, prefix: str, label: str, description: str) -> str:
     """The panel as an inline SVG element: its ids begin with `prefix`, and title and desc say what it shows."""
+    freeze(drawing)
     text = io.StringIO()
     drawing.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     svg = text.getvalue()
@@ -144,14 +185,14 @@ def write_files(drawing: Drawing, stem: Path) -> None:
         drawing.savefig(stem.with_name(stem.name + ".svg"), metadata={"Date": None})
 
 
-def axis_with_exact(values: list[float | None], axis: Axes) -> float:
+def axis_with_exact(values: list[float | None], axis: Axes, word: str = "exact") -> float:
     """Where exact points (None) lie on a PSNR axis: above all others, with a line that says so. The y of that line."""
     known = [v for v in values if v is not None]
     low, high = (min(known), max(known)) if known else (30.0, 40.0)
     top = high + max(3.0, 0.2 * (high - low))
     if any(v is None for v in values):
         axis.axhline(top, color=GREY, linewidth=0.6, linestyle=":")
-        axis.annotate("exact", (0, top), (2, 2), xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=6)
+        axis.annotate(word, (0, top), (2, 2), xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=6)
     return top
 
 

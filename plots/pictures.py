@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image, UnidentifiedImageError
 
-from figures.pictured import mode_label, place, place_title
+from figures.pictured import mode_label, place, place_title, swept
 from rows import Row, varying_parameters
 
 EXACT_BYTES = 1_200_000  # of PNG files; above that pictures are WebP
@@ -53,19 +53,28 @@ def as_data(path: Path, exact: bool) -> tuple[str, int, int] | None:
 
 
 def collect(rows: list[Row]) -> tuple[list[Picture], str]:
-    """Pictures of rows, and what to say of them."""
-    found = [(row, picture, difference) for row in rows if row.ok and (picture := file_of(row, "picture")) and (difference := file_of(row, "difference"))]
-    kept = found[:MOST_PICTURES]
-    exact = sum(one.stat().st_size for _, *both in kept for one in both) <= EXACT_BYTES
-    varying = varying_parameters(row for row, _, _ in kept)
+    """Pictures of rows, equal ones of a view once, and what to say of them."""
+    groups: dict[tuple, list[tuple[Row, Path, Path]]] = {}
+    for row in rows:
+        picture, difference = file_of(row, "picture"), file_of(row, "difference")
+        if row.ok and picture and difference:
+            groups.setdefault((place(row), picture.read_bytes(), difference.read_bytes()), []).append((row, picture, difference))
+    kept = list(groups.values())[:MOST_PICTURES]
+    exact = sum(one.stat().st_size for same in kept for one in same[0][1:]) <= EXACT_BYTES
+    pictured = [row for same in groups.values() for row, _, _ in same]
+    varying, sweeps = varying_parameters(pictured), swept(pictured)
     pictures = []
-    for row, picture, difference in kept:
+    for same in kept:
+        row, picture, difference = same[0]
         shown, changed = as_data(picture, exact), as_data(difference, exact)
         if shown is None or changed is None:
             continue
-        pictures.append(Picture(mode_label(row, varying), place_title(place(row)), shown[0], changed[0], row.number("pictures/gain") or 1.0,
-                                row.number("pictures/psnr_db"), row.number("pictures/ssim"), shown[1], shown[2], str(picture)))
-    note = "" if exact or not kept else f"Pictures are shown as WebP of quality {WEBP_QUALITY}; the exact ones are the PNG files named below each."
-    if len(found) > len(kept):
-        note += f" {len(kept)} of {len(found)} pictures are shown."
+        title = ", ".join(dict.fromkeys(mode_label(one, varying, sweeps) for one, _, _ in same))
+        pictures.append(Picture(title, place_title(place(row)), shown[0], changed[0], row.number("pictures/gain") or 1.0, row.number("pictures/psnr_db"),
+                                row.number("pictures/ssim"), shown[1], shown[2], str(picture)))
+    note = "Pictures that are equal bit by bit are shown once." if len(pictured) > len(groups) else ""
+    if kept and not exact:
+        note += f" Pictures are shown as WebP of quality {WEBP_QUALITY}; the exact ones are the PNG files named below each."
+    if len(groups) > len(kept):
+        note += f" {len(kept)} of {len(groups)} pictures are shown."
     return pictures, note.strip()

@@ -30,7 +30,7 @@ import pictures
 import provenance
 import summary
 import tables
-from claims import FAILS, HOLDS, UNDECIDED, Claim, read_claims
+from claims import FAILS, HOLDS, UNCHECKED, UNDECIDED, Claim, read_claims
 from figures import REGISTRY
 from figures.figure import Figure
 from rows import Results, Row, load
@@ -64,7 +64,7 @@ def draw_figure(figure: Figure, machines: list[tuple[str, str, list[Row]]], fold
             panels.append({"id": identity, "svg": Markup(svg), "title": panel.title, "note": panel.note, "points": panel.points})
         if panels:
             drawn.append({"title": title, "panels": panels})
-    return {"title": figure.title, "caption": figure.caption, "needs": figure.needs, "machines": drawn}
+    return {"name": figure.name, "title": figure.title, "caption": figure.caption, "needs": figure.needs, "machines": drawn}
 
 
 def figure_sections(machines: list[tuple[str, str, list[Row]]], folder: Path | None) -> list[dict[str, Any]]:
@@ -98,9 +98,15 @@ def ask_history(program: str, store: Path | None) -> tuple[list[dict[str, Any]],
         return [], f"The history in {store} could not be read: {error}"
 
 
+def in_order(rows: list[Row]) -> list[Row]:
+    """Volumes as they were measured, within each the codecs in a fixed order: rounds are interleaved, so rows come in any."""
+    volumes = {volume: at for at, volume in enumerate(dict.fromkeys(row.volume for row in rows))}
+    return sorted(rows, key=lambda row: (volumes[row.volume], look.row_order(row)))
+
+
 def build_page(results: Results, folders: Sequence[Path], title: str, figures: Path | None, steps: list[dict[str, Any]], history_note: str) -> str:
     """The whole page."""
-    machines = [(machine, provenance.machine_title(rows, machine), rows) for machine in results.machines if (rows := results.of(machine))]
+    machines = [(machine, provenance.machine_title(rows, machine), rows) for machine in results.machines if (rows := in_order(results.of(machine)))]
     claims = [claim for folder in folders for claim in read_claims(folder)]
     parts = [machine_part(machine, name, rows, claims if number == 0 else [], steps) for number, (machine, name, rows) in enumerate(machines)]
     drawn = figure_sections(machines, figures)
@@ -109,7 +115,7 @@ def build_page(results: Results, folders: Sequence[Path], title: str, figures: P
                 ("cells", "All cells"), ("history", "History"), ("provenance", "Provenance")]
     page = environment.get_template("template.html.j2").render(
         title=title, parts=parts, several=len(parts) > 1, sections=sections, claims=claims, claim_groups=claim_groups(claims),
-        claims_sentence=summary.claims_sentence(claims), verdict_class={HOLDS: "holds", FAILS: "fails", UNDECIDED: "undecided"},
+        claims_sentence=summary.claims_sentence(claims), verdicts=(HOLDS, FAILS, UNDECIDED, UNCHECKED), verdict_class={HOLDS: "holds", FAILS: "fails", UNDECIDED: "undecided"},
         config_tables=[table for folder in folders for table in tables.config_tables(folder)], figure_sections=drawn, most_open=MOST_OPEN,
         any_pictures=any(part["pictures"] for part in parts), any_steps=any(part["steps"] for part in parts), history_note=history_note,
         sources=provenance.sources_table(results), style=Markup((HERE / "style.css").read_text(encoding="utf-8")),

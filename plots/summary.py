@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import estimates as e
-from claims import FAILS, HOLDS, Claim, verdict_counts
+from claims import FAILS, HOLDS, UNCHECKED, UNDECIDED, Claim, verdict_counts
 from estimates import Estimate, spell, spell_estimate
 from figures.figure import groups, of_stage
 from figures.pictured import place
@@ -23,10 +23,11 @@ PLAIN_ARRAY = "raw"
 
 @dataclass
 class Finding:
-    """`evidence`: which rows, and how many."""
+    """`headline`: the answer in a few words; `answer`: sentences with figures; `evidence`: which rows, and how many."""
 
     question: str
-    answer: str
+    headline: str
+    answer: list[str]
     evidence: str
     details: list[str]
 
@@ -64,17 +65,14 @@ class Ranking:
 
 
 def rank(best: dict[str, dict[str, Estimate]], smaller: bool = True) -> Ranking | None:
-    """Over the codecs of most volumes, and the volumes that have all of these."""
+    """Over a set of codecs and the volumes that have them all: of the sets that single volumes have, the one with the most pairs of both."""
     if not best:
         return None
     seen = Counter(codec for codecs in best.values() for codec in codecs)
-    most = max(seen.values())
-    ranked = [codec for codec in seen if seen[codec] == most]
-    volumes = [volume for volume, codecs in best.items() if all(codec in codecs for codec in ranked)]
-    if not volumes:  # no volume has them all: the best covered volume alone
-        volumes = [max(best, key=lambda volume: len(best[volume]))]
-        ranked = list(best[volumes[0]])
-    ranked = [codec for codec in seen if all(codec in best[volume] for volume in volumes)]
+    sets = [set(codecs) for codecs in best.values()]
+    chosen = max(sets, key=lambda one: (len(one) * sum(one <= other for other in sets), len(one)))
+    volumes = [volume for volume, codecs in best.items() if chosen <= set(codecs)]
+    ranked = [codec for codec in seen if codec in chosen]
     means = [(codec, e.geometric_mean([best[volume][codec].value for volume in volumes]) or 0.0) for codec in ranked]
     means.sort(key=lambda one: one[1] if smaller else -one[1])
     pick = min if smaller else max
@@ -92,19 +90,29 @@ def smallest(rows: list[Row]) -> Finding | None:
     if ranking is None:
         return None
     codec, mean = ranking.order[0]
-    others = ", ".join(f"{other} {spell(value)} %" for other, value in ranking.order[1:4])
-    answer = (f"{codec}: {spell(mean)} % of the original in the geometric mean over {count(len(ranking.volumes), 'volume')}, the smallest on "
-              f"{ranking.wins[codec]} of them." + (f" Then {others}." if others else ""))
-    details = [f"{volume}: {winner} {spell(found[winner].value)} %" for volume in ranking.volumes
-               if (winner := min((c for c, _ in ranking.order), key=lambda c, f=ranking.best[volume]: f[c].value)) and (found := ranking.best[volume])]
+    answer = [f"{standing(ranking, '%')}, geometric means over {count(len(ranking.volumes), 'volume')}.", wins_sentence(ranking, "Smallest")]
     able = {row.codec for row in without(of_stage(rows, "random-access"), PLAIN_ARRAY)}
     reachable = [one for one in ranking.order if one[0] in able]
     if reachable and reachable[0][0] != codec:
-        answer += f" With access to single voxels: {reachable[0][0]}, {spell(reachable[0][1])} %."
+        answer.append(f"With access to single voxels: {reachable[0][0]}, {spell(reachable[0][1])} %.")
     compared = sum(int(row.number("verification/voxels_compared") or 0) for row in sized)
-    answer += f" Error: none; not one of {compared:,} voxels compared differs."
-    return Finding("Which lossless codec is smallest?", answer,
+    answer.append(f"Cost in error: none; not one of {compared:,} voxels compared differs.")
+    details = []
+    for volume in ranking.volumes:
+        winner = min((c for c, _ in ranking.order), key=lambda c: ranking.best[volume][c].value)
+        details.append(f"{volume}: {winner} {spell(ranking.best[volume][winner].value)} %")
+    return Finding("Which lossless codec is smallest?", f"{codec}, {spell(mean)} % of the original", answer,
                    f"Sizes of {count(len(sized), 'verified row')} of label volumes; exact figures, no interval." + not_ranked(ranking), details)
+
+
+def standing(ranking: Ranking, unit: str, most: int = 5) -> str:
+    """"lzma 1.06 %, compresso-lzma 1.14 %"."""
+    return ", ".join(f"{codec} {spell(value)} {unit}" for codec, value in ranking.order[:most])
+
+
+def wins_sentence(ranking: Ranking, word: str) -> str:
+    """"Smallest on single volumes: lzma 2, csgv-rans 4."."""
+    return f"{word} on single volumes: " + ", ".join(f"{codec} on {number}" for codec, number in ranking.wins.most_common()) + "."
 
 
 def not_ranked(ranking: Ranking) -> str:
@@ -118,19 +126,17 @@ def fastest_access(rows: list[Row], kind: str) -> Finding | None:
         return None
     codec, mean = ranking.order[0]
     clear = sum(clearly_first(ranking, volume) == codec for volume in ranking.volumes)
-    others = ", ".join(f"{other} {spell(value)} ns" for other, value in ranking.order[1:4])
-    answer = (f"{codec}: {spell(mean)} ns a voxel in the geometric mean over {count(len(ranking.volumes), 'volume')}; the fastest on {ranking.wins[codec]}, "
-              f"with an interval apart from the next codec's on {clear}." + (f" Then {others}." if others else ""))
+    answer = [f"{standing(ranking, 'ns')}, geometric means over {count(len(ranking.volumes), 'volume')}.",
+              wins_sentence(ranking, "Fastest") + f" {codec}'s interval is apart from the next one's on {clear}."]
     sizes = [e.rate(row) for row in measured if row.codec == codec and row.volume in ranking.volumes and e.rate(row)]
-    if sizes:
-        answer += f" It costs {spell(min(sizes))} to {spell(max(sizes))} % of the original's size."
-    answer += cost_in_error([row for row in measured if row.codec == codec])
+    own = [row for row in measured if row.codec == codec]
+    answer.append((f"Cost of {codec} in size: {span(sizes)} % of the original. " if sizes else "") + cost_in_error(own))
     array = rank(best_by_volume([row for row in measured if row.codec == PLAIN_ARRAY], e.access_ns))
     if array is not None:
-        answer += f" A plain array takes {spell(array.order[0][1])} ns over {count(len(array.volumes), 'volume')}."
+        answer.append(f"A plain array takes {spell(array.order[0][1])} ns over {count(len(array.volumes), 'volume')}.")
     details = [f"{volume}: {spell_estimate(ranking.best[volume][codec], 'ns')}" for volume in ranking.volumes]
     which = "" if kind == "labels" else ", lossy codecs"
-    return Finding(f"Which codec is fastest for random access{which}?", answer,
+    return Finding(f"Which codec is fastest for random access{which}?", f"{codec}, {spell(mean)} ns a voxel", [one for one in answer if one],
                    f"Stage random-access, uniform points, finest level, {count(len(measured), 'row')} of {kind}; medians with 95 % intervals." + not_ranked(ranking), details)
 
 
@@ -146,27 +152,28 @@ def cost_in_error(rows: list[Row]) -> str:
     """What rows of a codec say of its error."""
     psnrs = [row.number("error/psnr_db") for row in rows if row.number("error/psnr_db") is not None]
     if psnrs:
-        return f" Its error: {spell(min(psnrs))} to {spell(max(psnrs))} dB."
-    return " Its error: none." if rows and all(map(e.is_exact, rows)) else ""
+        return f"Cost in error: PSNR {span(psnrs)} dB."
+    return "Cost in error: none." if rows and all(map(e.is_exact, rows)) else ""
 
 
 def fastest_coding(rows: list[Row]) -> Finding | None:
-    parts, used, details = [], 0, []
+    heads, parts, used, details = [], [], 0, []
     for stage in ("encode", "decode"):
         measured = [row for row in without(of_stage(rows, stage), PLAIN_ARRAY) if row.get("dataset/kind") == "labels" and e.speed(row)]
         measured = [row for row in measured if row.threads == min(r.threads for r in measured)]
         ranking = rank(best_by_volume(measured, e.speed, smaller=False), smaller=False)
         if ranking is None:
             continue
-        codec, mean = ranking.order[0]
+        codec = ranking.order[0][0]
         threads = measured[0].threads
-        parts.append(f"{stage}: {codec}, {spell(mean)} million voxels/s ({count(threads, 'thread')}, geometric mean over {count(len(ranking.volumes), 'volume')}, "
-                     f"first on {ranking.wins[codec]})" + (f", then {ranking.order[1][0]} {spell(ranking.order[1][1])}" if len(ranking.order) > 1 else ""))
+        heads.append(f"{stage}: {codec}")
+        parts.append(f"To {stage}: {standing(ranking, 'Mvoxel/s', 4)}; {count(threads, 'thread')}, geometric means over "
+                     f"{count(len(ranking.volumes), 'volume')}; {codec} is first on {ranking.wins[codec]}.")
         used += len(measured)
         details += [f"{stage}, {volume}: {codec} {spell_estimate(ranking.best[volume][codec], 'Mvoxel/s')}" for volume in ranking.volumes]
     if not parts:
         return None
-    return Finding("Which codec encodes and decodes label volumes fastest?", "To " + "; to ".join(parts) + ".",
+    return Finding("Which codec encodes and decodes label volumes fastest?", ", ".join(heads), parts,
                    f"Wall time of {count(used, 'row')}; medians with 95 % intervals.", details)
 
 
@@ -197,9 +204,10 @@ def cache_choice(rows: list[Row]) -> Finding | None:
     compared = cache_comparisons(rows)
     if not compared:
         return None
-    parts, details = [], []
-    for name, read in (("a view that is held, the cache filled", e.held_ms), ("a path from an empty cache", e.path_ms), ("the first frame", e.first_frame_ms)):
-        told, lines = fastest_mode(compared, name, read)
+    parts, details, heads = [], [], []
+    for name, read in (("held view", e.held_ms), ("path from an empty cache", e.path_ms), ("first frame", e.first_frame_ms)):
+        best, told, lines = fastest_mode(compared, name, read)
+        heads += best
         parts += told
         details += lines
     exact = sorted({mode for one in compared for mode, row in one.modes.items()
@@ -217,11 +225,11 @@ def cache_choice(rows: list[Row]) -> Finding | None:
         parts.append("Late: " + ", ".join(f"{mode} shows stand-ins and is exact after up to {frames} frames" for mode, frames in sorted(late.items())) + ".")
     parts.append(jump_cost(rows))
     devices = names(row.device for one in compared for row in one.modes.values())
-    return Finding("Which cache mode should be chosen, and what does it cost?", " ".join(filter(None, parts)),
+    return Finding("Which cache mode should be chosen, and what does it cost?", "; ".join(heads[:2]), [part for part in parts if part],
                    f"Stage render, {count(len(compared), 'comparison')} of modes with equal codec, volume, scene, shading and size, on {devices}; device times.", details)
 
 
-def fastest_mode(compared: list[Comparison], name: str, read: Callable[[Row], Estimate | None]) -> tuple[list[str], list[str]]:
+def fastest_mode(compared: list[Comparison], name: str, read: Callable[[Row], Estimate | None]) -> tuple[list[str], list[str], list[str]]:
     """Which mode is fastest most often, how clearly, and by how much over direct access; and a line for each comparison."""
     wins: Counter[str] = Counter()
     clear, gains, details = 0, [], []
@@ -236,12 +244,14 @@ def fastest_mode(compared: list[Comparison], name: str, read: Callable[[Row], Es
             gains.append(times["none"].value / times[order[0]].value)
         details.append(f"{one.title}, {name}: " + ", ".join(f"{mode} {spell_estimate(times[mode], 'ms')}" for mode in order))
     if not wins:
-        return [], []
+        return [], [], []
     total = sum(wins.values())
     ranked = ", ".join(f"{mode} in {number}" for mode, number in wins.most_common())
-    text = f"Fastest for {name}: {ranked} of {count(total, 'comparison')} ({clear} with intervals apart)"
+    text = f"Fastest, {name}: {ranked} of {count(total, 'comparison')} ({clear} with intervals apart)"
     gain = e.geometric_mean(gains)
-    return [text + (f"; the fastest takes 1/{spell(gain)} of the time without a cache." if gain and gain >= 1.01 else ".")], details
+    most = wins.most_common()
+    best = " or ".join(mode for mode, number in most if number == most[0][1])
+    return [f"{name}: {best}"], [text + (f"; the fastest takes 1/{spell(gain)} of the time without a cache." if gain and gain >= 1.01 else ".")], details
 
 
 def jump_cost(rows: list[Row]) -> str:
@@ -281,9 +291,11 @@ def lossy_choice(rows: list[Row]) -> Finding | None:
     fewest = min(spans, key=lambda codec: min(bits for bits, _ in spans[codec]))
     told = ", ".join(f"{codec} on {number}" for codec, number in on_front.most_common())
     costs = "; ".join(f"{codec} {span([b for b, _ in both])} bits/voxel, {span([p for _, p in both])} dB" for codec, both in spans.items())
-    answer = (f"Nothing measured has both fewer bits and a higher PSNR than points of: {told} (of {count(len(volumes), 'volume')}). "
-              f"Fewest bits: {fewest}. Cost in error of each: {costs}.")
-    return Finding("Which lossy codec, and at what error?", answer, f"Sizes and errors of {count(len(usable), 'row')} of scalar volumes; exact figures.", details)
+    answer = [f"On the front, where nothing measured has both fewer bits and a higher PSNR: {told} of {count(len(volumes), 'volume')}.",
+              f"Fewest bits: {fewest}.", f"Cost in error of each: {costs}."]
+    best = on_front.most_common()
+    head = "on the front most often: " + " and ".join(codec for codec, number in best if number == best[0][1])
+    return Finding("Which lossy codec, and at what error?", head, answer, f"Sizes and errors of {count(len(usable), 'row')} of scalar volumes; exact figures.", details)
 
 
 def span(values: list[float]) -> str:
@@ -376,5 +388,5 @@ def claims_sentence(claims: list[Claim]) -> str:
     if not claims:
         return "No claims were judged: the configs in configs/paper state what the papers claim, and `cvrbench run` judges them."
     counts = verdict_counts(claims)
-    told = ", ".join(f"{number} {verdict}" for verdict, number in sorted(counts.items(), key=lambda one: (one[0] != HOLDS, one[0])))
-    return f"{count(len(claims), 'claim')} of papers judged: {told}."
+    words = {HOLDS: "hold", FAILS: "do not hold", UNDECIDED: "are undecided", UNCHECKED: "cannot be checked here"}
+    return f"{count(len(claims), 'claim')} of papers judged: " + ", ".join(f"{counts[verdict]} {word}" for verdict, word in words.items() if counts[verdict]) + "."

@@ -25,13 +25,13 @@ def panel(where: tuple[str, str, str, str, str], kind: str, found: list[Row], na
     sweeps = swept(found)
     curves = [curve(label, members, sweeps) for label, members in groups(found, lambda row: mode_label(row, varying)).items()]
     drawing, (axis,) = look.new_panel()
-    exact_at = look.axis_with_exact([None if y is None else y.value for c in curves for _, y in c.points], axis)
+    exact_at = look.axis_with_exact([None if y is None else y.value for c in curves for _, y in c.points], axis, f"exact or above {look.GOOD_AS_EXACT_DB:.0f} dB")
     draw_curves(axis, curves, exact_at)
     look.log_axis(axis, "x")
-    label_curves(axis, curves, exact_at, 4)
     axis.set_xlabel(f"ms a frame, {'held view, cache filled' if kind == 'held' else 'path from an empty cache'}")
     axis.set_ylabel("PSNR of the picture, dB")
     axis.set_title(short_title(where))
+    label_curves(axis, curves, exact_at, 4)
     told = look.describe_points([(c.label, x.value, y.value) for c in curves for x, y in c.points if y], "ms", "dB")
     note = (f"Along a line: {', '.join(sweeps)}. " if sweeps else "") + software_note(found)
     name = file_name(" ".join(where[:4]) + (f" {kind}" if named else ""))
@@ -47,10 +47,10 @@ def curve(label: str, rows: list[Row], sweeps: list[str]) -> Curve:
         psnr = row.number("picture_error/psnr_db")
         time = frame_ms(row)[0]
         if time is not None:
-            points.append((time, None if psnr is None else Estimate(psnr)))
+            points.append((time, None if psnr is None or psnr >= look.GOOD_AS_EXACT_DB else Estimate(psnr)))
     codec, cache = rows[0].codec, rows[0].text("render/cache")
     line = "-" if sweeps else ""
-    return Curve(label, look.codec_colour(codec), look.cache_marker(cache), line, points)
+    return Curve(label, look.codec_colour(codec), look.cache_marker(cache), line, points, look.codec_fill(codec))
 
 
 FIGURE = Figure(

@@ -23,11 +23,12 @@ def panel(where: tuple[str, str, str, str, str], found: list[Row]) -> Panel:
         frames = row.objects("jump/frames")
         pixels = max(pixels, row.number("jump/pixels") or 0)
         colour, marker = look.codec_colour(row.codec), look.cache_marker(row.text("render/cache"))
+        fill = look.codec_fill(row.codec)
         label, line = mode_label(row, varying, sweeps), look.LINES[number % len(look.LINES)]
         wrong = [finite(frame.get("label_mismatches")) for frame in frames]
         ms = [finite(frame.get("ms")) for frame in frames]
-        errors.append(Curve(label, colour, marker, line, [(Estimate(i), Estimate(w)) for i, w in enumerate(wrong) if w is not None]))
-        times.append(Curve(label, colour, marker, line, [(Estimate(i), Estimate(t)) for i, t in enumerate(ms) if t is not None]))
+        errors.append(Curve(label, colour, marker, line, [(Estimate(i), Estimate(w)) for i, w in enumerate(wrong) if w is not None], fill))
+        times.append(Curve(label, colour, marker, line, [(Estimate(i), Estimate(t)) for i, t in enumerate(ms) if t is not None], fill))
         psnr = finite(frames[0].get("psnr_db"))
         told.append(f"{label}: first frame {'exact' if psnr is None else f'{psnr:.1f} dB'}, {wrong[0] or 0:.0f} wrong pixels")
     drawing, (upper, lower) = look.new_panel(2.9, 2)

@@ -6,7 +6,7 @@ import look
 from estimates import Estimate, frame_ms, gpu_mib
 from figures.figure import Figure, Panel, file_name, groups, of_stage
 from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
-from figures.scatter import Point, draw_points
+from figures.scatter import Point, draw_points, name_points
 from rows import Row, varying_parameters
 
 MOST_LABELS = 18
@@ -19,12 +19,14 @@ def draw(rows: list[Row]) -> list[Panel]:
     for (where, kind), found in groups(usable, lambda row: (place(row), frame_ms(row)[1])).items():
         varying, sweeps = varying_parameters(found), swept(found)
         points = [Point(mode_label(row, varying, sweeps), look.codec_colour(row.codec), look.cache_marker(row.text("render/cache")),
-                        Estimate(gpu_mib(row) or 0), frame_ms(row)[0]) for row in found]
+                        Estimate(gpu_mib(row) or 0), frame_ms(row)[0],
+                        look.codec_fill(row.codec)) for row in found]
         drawing, (axis,) = look.new_panel()
-        draw_points(axis, points, len(points) <= MOST_LABELS)
+        draw_points(axis, points)
         axis.set_xlabel("device memory, MiB")
         axis.set_ylabel(f"ms a frame, {kind}")
         axis.set_title(short_title(where))
+        name_points(axis, points, MOST_LABELS)
         told = look.describe_points([(p.label, p.x.value, p.y.value) for p in points if p.y], "MiB", "ms")
         panels.append(Panel(file_name(" ".join(where[:4]) + f" {kind}"), f"{place_title(where)}; {kind}", drawing, told, len(points), software_note(found)))
     return panels

@@ -30,9 +30,10 @@ def mode_label(row: Row, varying: dict[str, set[str]], sweeps: Iterable[str] = (
 
 
 def swept(rows: list[Row]) -> list[str]:
-    """Settings of pictures that take several values in these rows."""
+    """Settings of pictures that take several values in these rows for some access mode (what has no cache has 0 MiB)."""
     names = ("lod_bias", "cache_mib", "ao_samples", "step", "frames")
-    return [name for name in names if len({str(row.get(f"render/{name}")) for row in rows}) > 1]
+    modes = {row.text("render/cache") for row in rows}
+    return [name for name in names if any(len({str(row.get(f"render/{name}")) for row in rows if row.text("render/cache") == mode}) > 1 for mode in modes)]
 
 
 def software_note(rows: list[Row]) -> str:

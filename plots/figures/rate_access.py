@@ -5,7 +5,7 @@ from __future__ import annotations
 import look
 from estimates import Estimate, access_ns, is_exact, rate
 from figures.figure import Figure, Panel, file_name, groups, of_stage
-from figures.scatter import Point, draw_points
+from figures.scatter import Point, draw_points, name_points
 from rows import Row, codec_label, varying_parameters
 
 
@@ -24,6 +24,7 @@ def draw(rows: list[Row]) -> list[Panel]:
         axis.set_xlabel("file size, % of the original")
         axis.set_ylabel("one voxel at random, ns")
         axis.set_title(volume)
+        name_points(axis, points)
         told = look.describe_points([(p.label, p.x.value, p.y.value) for p in points if p.y], "rate %", "ns")
         lossy = "" if all(map(is_exact, found)) else "Lossy codecs: their error is in the figure of rate and distortion."
         panels.append(Panel(file_name(f"{volume}-{threads}t"), f"{volume}, {threads} thread{'s' * (threads != 1)}", drawing, told, len(points), lossy))

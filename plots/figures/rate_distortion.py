@@ -37,10 +37,10 @@ def draw(rows: list[Row]) -> list[Panel]:
         exact_at = look.axis_with_exact([None if y is None else y.value for c in curves for _, y in c.points], axis)
         draw_curves(axis, curves, exact_at)
         look.log_axis(axis, "x")
-        label_curves(axis, curves, exact_at)
         axis.set_xlabel("bits/voxel of the file")
         axis.set_ylabel("PSNR, dB")
         axis.set_title(volume)
+        label_curves(axis, curves, exact_at)
         points = [(c.label, x.value, y.value) for c in curves for x, y in c.points if y]
         panels.append(Panel(file_name(volume), volume, drawing, look.describe_points(points, "bits a voxel", "dB"), sum(len(c.points) for c in curves)))
     return panels
@@ -55,10 +55,11 @@ def curve(label: str, rows: list[Row]) -> Curve:
 
 
 def tell_apart(curves: list[Curve]) -> None:
-    """Curves of one codec share colour and marker and differ by their lines."""
+    """Curves of one codec share colour and marker and differ by lines and by how markers are filled."""
     for same in groups(curves, lambda one: one.colour + one.marker).values():
         for number, one in enumerate(same):
             one.line = look.LINES[number % len(look.LINES)]
+            one.fill = look.FILLS[number // len(look.LINES) % len(look.FILLS)]
 
 
 FIGURE = Figure(

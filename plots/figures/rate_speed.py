@@ -5,7 +5,7 @@ from __future__ import annotations
 import look
 from estimates import Estimate, rate, speed
 from figures.figure import Figure, Panel, file_name, groups, of_stage
-from figures.scatter import Point, draw_points
+from figures.scatter import Point, draw_points, name_points
 from rows import Row, codec_label, varying_parameters
 
 
@@ -17,10 +17,11 @@ def draw(rows: list[Row]) -> list[Panel]:
         points = [Point(codec_label(row, varying), look.codec_colour(row.codec), look.codec_marker(row.codec), Estimate(rate(row) or 0), speed(row))
                   for row in found]
         drawing, (axis,) = look.new_panel()
-        draw_points(axis, points, len(points) <= 24)
+        draw_points(axis, points)
         axis.set_xlabel("file size, % of the original")
         axis.set_ylabel(f"{stage}, 10$^6$ voxels/s")
         axis.set_title(volume)
+        name_points(axis, points)
         told = look.describe_points([(p.label, p.x.value, p.y.value) for p in points if p.y], "rate %", "million voxels a second")
         title = f"{volume}, {stage}, {threads} thread{'s' * (threads != 1)}"
         panels.append(Panel(file_name(f"{volume}-{stage}-{threads}t"), title, drawing, told, len(points)))

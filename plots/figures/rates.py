@@ -26,9 +26,11 @@ def panel(volumes: list[str], by_volume: dict[str, list[Row]], number: int, of: 
     for height, volume in enumerate(volumes):
         best = {codec: min(filter(None, map(rate, rows))) for codec, rows in groups(by_volume[volume], lambda row: row.codec).items()}
         for codec, percent in best.items():
-            axis.plot([percent], [height], look.codec_marker(codec), color=look.codec_colour(codec), label="" if codec in seen else codec)
+            axis.plot([percent], [height], look.codec_marker(codec), color=look.codec_colour(codec))
             seen.add(codec)
         told.append(f"{volume}: " + ", ".join(f"{codec} {percent:.3g} %" for codec, percent in sorted(best.items(), key=lambda one: one[1])))
+    for codec in sorted(seen, key=look.codec_order):
+        axis.plot([], [], look.codec_marker(codec), color=look.codec_colour(codec), label=codec)
     axis.set_yticks(range(len(volumes)), [volume.split(", ")[0] for volume in volumes])
     axis.set_ylim(len(volumes) - 0.5, -0.5)
     look.log_axis(axis, "x")

@@ -39,10 +39,10 @@ def scaling_panels(rows: list[Row], quantities: list[Quantity], over: Callable[[
             if len(ticks) <= 5:
                 look.log_axis_labels(axis, ticks)
             look.log_axis(axis, "y")
-            label_curves(axis, curves, most=8)
             axis.set_xlabel(axis_label)
             axis.set_ylabel(label)
-            axis.set_title(title)
+            axis.set_title(title if len(title) < 48 else title[:46] + "..")
+            label_curves(axis, curves)
             told = look.describe_points([(c.label, x.value, y.value) for c in curves for x, y in c.points if y], axis_label, name)
             panels.append(Panel(file_name(f"{title}-{name}"), f"{title}: {name}", drawing, told, sum(len(c.points) for c in curves)))
     return panels
@@ -54,7 +54,7 @@ def curves_of(found: list[Row], over: Callable[[Row], float | None], read: Calla
 
     def label(row: Row) -> str:
         cache = f" {row.text('render/cache')}" if row.stage == "render" else ""
-        return codec_label(row, varying) + cache + (f", {row.threads} threads" if several else "")
+        return codec_label(row, varying) + cache + (f", {row.threads} thread{'s' * (row.threads != 1)}" if several else "")
 
     curves = []
     for name, members in groups(found, lambda row: (label(row), settings(row, left_out))).items():
@@ -64,7 +64,7 @@ def curves_of(found: list[Row], over: Callable[[Row], float | None], read: Calla
             continue
         codec, cache = members[0].codec, members[0].text("render/cache")
         marker = look.cache_marker(cache) if cache else look.codec_marker(codec)
-        curves.append(Curve(name[0], look.codec_colour(codec), marker, look.LINES[len(curves) % len(look.LINES)], points))
+        curves.append(Curve(name[0], look.codec_colour(codec), marker, look.LINES[len(curves) % len(look.LINES)], points, look.codec_fill(codec) if cache else "full"))
     return curves
 
 

@@ -19,6 +19,7 @@ class Point:
     marker: str
     x: Estimate
     y: Estimate | None
+    fill: str = "full"
 
 
 @dataclass
@@ -28,31 +29,44 @@ class Curve:
     marker: str
     line: str
     points: list[tuple[Estimate, Estimate | None]]
+    fill: str = "full"
 
 
-def draw_points(axis: Axes, points: list[Point], label: bool = True) -> None:
-    """Points with intervals; logarithmic axes. Labels are direct."""
+def draw_points(axis: Axes, points: list[Point]) -> None:
+    """Points with intervals; logarithmic axes."""
     for point in points:
         assert point.y is not None
         axis.errorbar(point.x.value, point.y.value, xerr=look.error_bars(point.x), yerr=look.error_bars(point.y), fmt=point.marker,
-                      color=point.colour, elinewidth=0.8, capsize=0)
+                      color=point.colour, fillstyle=point.fill, elinewidth=0.8, capsize=0)
+    axis.margins(0.12)
     look.log_axis(axis, "x")
     look.log_axis(axis, "y")
-    axis.margins(0.12)
-    if label:
-        label_points(axis, [(p.label, p.colour, p.x.value, p.y.value) for p in points if p.y is not None])
 
 
-def label_points(axis: Axes, labels: list[tuple[str, str, float, float]]) -> None:
-    """Once the limits stand."""
+def name_points(axis: Axes, points: list[Point], most: int = 24) -> None:
+    """Direct labels where there is room for all, else a legend below. The last step of a panel."""
+    labels = [(p.label, p.colour, p.x.value, p.y.value) for p in points if p.y is not None]
+    if len(points) <= most and label_points(axis, labels, []):
+        return
+    for label, p in {p.label: p for p in points}.items():
+        axis.plot([], [], p.marker, color=p.colour, fillstyle=p.fill, label=label)
+    legend_below(axis)
+
+
+def label_points(axis: Axes, labels: list[tuple[str, str, float, float]], taken: list[look.Box]) -> bool:
+    """Labels beside points, or none and False where one of them finds no place. `taken`: what they must not cover, besides the points."""
     axis.figure.draw_without_rendering()
-    to_points = 72 / axis.figure.dpi
-    placed = []
-    for _, _, x, y in labels:
-        px, py = (v * to_points for v in axis.transData.transform((x, y)))
-        placed.append((px - 2, py - 2, px + 2, py + 2))
+    boxes = taken + [(px - 2, py - 2, px + 2, py + 2) for px, py in (look.in_points(axis, x, y) for _, _, x, y in labels)]
+    found = []
     for text, colour, x, y in sorted(labels, key=lambda one: (-one[3], one[2])):
-        look.direct_label(axis, x, y, text, colour, placed)
+        place = look.place_label(axis, x, y, text, boxes)
+        if place is None:
+            return False
+        found.append((text, colour, x, y, place))
+    look.freeze(axis.figure)
+    for text, colour, x, y, (dx, dy, side) in found:
+        axis.annotate(text, (x, y), (dx, dy), textcoords="offset points", ha=side, va="bottom", fontsize=6, color=colour, annotation_clip=False)
+    return True
 
 
 def draw_curves(axis: Axes, curves: list[Curve], exact_at: float | None = None) -> None:
@@ -60,7 +74,7 @@ def draw_curves(axis: Axes, curves: list[Curve], exact_at: float | None = None) 
     for curve in curves:
         xs = [x.value for x, _ in curve.points]
         ys = [exact_at if y is None else y.value for _, y in curve.points]
-        axis.plot(xs, ys, curve.line, marker=curve.marker, color=curve.colour, label=curve.label, markersize=3.4)
+        axis.plot(xs, ys, curve.line, marker=curve.marker, color=curve.colour, label=curve.label, markersize=3.4, fillstyle=curve.fill)
         for (x, y), height in zip(curve.points, ys):
             axis.errorbar(x.value, height, xerr=look.error_bars(x), yerr=None if y is None else look.error_bars(y), fmt="none",
                           ecolor=curve.colour, elinewidth=0.8)
@@ -77,16 +91,28 @@ def legend_below(axis: Axes, columns: int = 2) -> None:
     axis.figure.set_figheight(axis.figure.get_figheight() + 0.13 * -(-len(handles) // columns))
 
 
+def make_room(axis: Axes, letters: int) -> None:
+    """Room for labels at the right of a logarithmic x axis."""
+    share = min(0.45, (look.LETTER_POINTS * letters + 6) / look.AXIS_POINTS)
+    low, high = axis.get_xlim()
+    axis.set_xlim(low, high * (high / low) ** (share / (1 - share) * 0.8))
+
+
+def along(axis: Axes, curve: Curve, exact_at: float | None) -> list[look.Box]:
+    """Boxes along the lines of a curve, but for its end, where its label may stand."""
+    at = [look.in_points(axis, x.value, y.value if y is not None else exact_at or 0.0) for x, y in curve.points]
+    steps = [(x0 + t / 12 * (x1 - x0), y0 + t / 12 * (y1 - y0)) for (x0, y0), (x1, y1) in zip(at, at[1:]) for t in range(12)]
+    return [(x - 1.5, y - 1.5, x + 1.5, y + 1.5) for x, y in steps]
+
+
 def label_curves(axis: Axes, curves: list[Curve], exact_at: float | None = None, most: int = 6) -> None:
-    """At the last point of each of few curves, else a legend below."""
-    if len(curves) > most or any(len(curve.label) > 24 for curve in curves):
-        legend_below(axis)
-        return
-    axis.margins(x=0.18)
-    ends = []
-    for curve in curves:
-        x, y = curve.points[-1]
-        height = exact_at if y is None else y.value
-        if height is not None:
-            ends.append((curve.label, curve.colour, x.value, height))
-    label_points(axis, ends)
+    """At the last point of each of few curves where there is room, else a legend below. The last step of a panel."""
+    if curves and len(curves) <= most and all(len(curve.label) <= 24 for curve in curves):
+        limits = axis.get_xlim()
+        make_room(axis, max(len(curve.label) for curve in curves))
+        axis.figure.draw_without_rendering()
+        ends = [(c.label, c.colour, c.points[-1][0].value, c.points[-1][1].value if c.points[-1][1] is not None else exact_at or 0.0) for c in curves]
+        if label_points(axis, ends, [box for curve in curves for box in along(axis, curve, exact_at)]):
+            return
+        axis.set_xlim(limits)
+    legend_below(axis)
