@@ -169,13 +169,13 @@ def geometric_mean(values: Sequence[float]) -> float | None:
 
 
 def spell(number: float | None, digits: int = 3) -> str:
-    """Significant digits without an exponent up to 10^7; nothing for None."""
+    """Significant digits, all of an integer part, without an exponent up to 10^7; nothing for None."""
     if number is None:
         return ""
     if number == 0 or not 1e-4 <= abs(number) < 1e7:
         return f"{number:.{digits}g}"
     decimals = digits - 1 - math.floor(math.log10(abs(number)))
-    return f"{number:,.{max(0, decimals)}f}" if decimals > -3 else f"{round(number, decimals):,.0f}"
+    return f"{number:,.{max(0, decimals)}f}"
 
 
 def spell_estimate(found: Estimate | None, unit: str = "") -> str:

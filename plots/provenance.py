@@ -34,7 +34,8 @@ def sources_table(results: Results) -> Table:
     lines = []
     for source in results.sources:
         torn = source.unreadable
-        note = source.note or (f"left out: line{'s' * (len(torn) > 1)} {', '.join(map(str, torn[:8]))}{' ..' if len(torn) > 8 else ''}" if torn else "")
+        left_out = f"left out: line{'s' * (len(torn) > 1)} {', '.join(map(str, torn[:8]))}{' ..' if len(torn) > 8 else ''}" if torn else ""
+        note = "; ".join(filter(None, (source.note, left_out)))
         lines.append([Cell(str(source.folder)), Cell(str(source.rows), source.rows), Cell(str(len(torn)), len(torn)), Cell(note)])
     notes = [f"{results.superseded} rows are not shown: later rows are of the same cell on the same machine."] if results.superseded else []
     return Table("Results folders", ["folder", "rows", "unreadable lines", "note"], lines, 1, notes)

@@ -78,12 +78,12 @@ def figure_sections(machines: list[tuple[str, str, list[Row]]], folder: Path | N
 def machine_part(machine: str, title: str, rows: list[Row], claims: list[Claim], steps: list[dict[str, Any]]) -> dict[str, Any]:
     """What the page says of one machine."""
     shown, note = pictures.collect(rows)
-    found = summary.findings(rows)
+    found = summary.findings(rows, claims)
     failures = tables.failures(rows)
     cells = [failures, tables.voxel_cells(rows), tables.picture_cells(rows)]
     origins = [provenance.volumes_table(rows), provenance.versions_table(rows)]
     return {"title": title, "run": summary.what_was_run(rows), "findings": found, "unanswered": summary.unanswered(found),
-            "stands_out": summary.stands_out(rows, claims), "failures": failures, "tables": [table for table in cells if table is not None],
+            "stands_out": summary.stands_out(rows), "failures": failures, "tables": [table for table in cells if table is not None],
             "pictures": shown, "pictures_note": note, "steps": history.steps_table(steps, machine), "facts": provenance.facts(rows),
             "provenance_tables": [table for table in origins if table is not None]}
 
@@ -98,6 +98,12 @@ def ask_history(program: str, store: Path | None) -> tuple[list[dict[str, Any]],
         return [], f"The history in {store} could not be read: {error}"
 
 
+def home(claim: Claim, machines: list[tuple[str, str, list[Row]]]) -> str:
+    """The machine that most rows of the claim's folder are of."""
+    folder = claim.file.parent.parent
+    return max(machines, key=lambda one: sum(row.folder == folder for row in one[2]), default=("", "", []))[0]
+
+
 def in_order(rows: list[Row]) -> list[Row]:
     """Volumes as they were measured, within each the codecs in a fixed order: rounds are interleaved, so rows come in any."""
     volumes = {volume: at for at, volume in enumerate(dict.fromkeys(row.volume for row in rows))}
@@ -108,7 +114,7 @@ def build_page(results: Results, folders: Sequence[Path], title: str, figures: P
     """The whole page."""
     machines = [(machine, provenance.machine_title(rows, machine), rows) for machine in results.machines if (rows := in_order(results.of(machine)))]
     claims = [claim for folder in folders for claim in read_claims(folder)]
-    parts = [machine_part(machine, name, rows, claims if number == 0 else [], steps) for number, (machine, name, rows) in enumerate(machines)]
+    parts = [machine_part(machine, name, rows, [claim for claim in claims if home(claim, machines) == machine], steps) for machine, name, rows in machines]
     drawn = figure_sections(machines, figures)
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     sections = [("summary", "Summary"), ("claims", "Claims"), ("tables", "Tables"), *((s["id"], s["name"]) for s in drawn), ("pictures", "Pictures"),

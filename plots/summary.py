@@ -303,9 +303,10 @@ def span(values: list[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def findings(rows: list[Row]) -> list[Finding]:
-    """All questions that rows of one machine answer."""
-    answers = (smallest(rows), fastest_access(rows, "labels"), fastest_access(rows, "scalars"), fastest_coding(rows), cache_choice(rows), lossy_choice(rows))
+def findings(rows: list[Row], claims: list[Claim]) -> list[Finding]:
+    """All questions that rows of one machine, and claims judged from them, answer."""
+    answers = (smallest(rows), fastest_access(rows, "labels"), fastest_access(rows, "scalars"), fastest_coding(rows), cache_choice(rows), lossy_choice(rows),
+               claims_finding(claims))
     return [answer for answer in answers if answer is not None]
 
 
@@ -322,8 +323,8 @@ def unanswered(found: list[Finding]) -> list[str]:
     return [f"{question} Not answered: {why}; configs/quick.yaml measures it." for question, why in UNANSWERED.items() if question not in asked]
 
 
-def stands_out(rows: list[Row], claims: list[Claim]) -> list[str]:
-    """What a reader should know before trusting a figure: failures, noise, stand-ins, builds with changes, software devices, refuted claims."""
+def stands_out(rows: list[Row]) -> list[str]:
+    """What a reader should know before trusting a figure: failures, noise, stand-ins, builds with changes, software devices."""
     told = []
     failed = [row for row in rows if not row.ok and row.text("status") != "unsupported"]
     if failed:
@@ -347,9 +348,6 @@ def stands_out(rows: list[Row], claims: list[Claim]) -> list[str]:
     revisions = names(row.text("provenance/revision") for row in rows)
     if ", " in revisions:
         told.append(f"Rows of several revisions stand side by side: {revisions}.")
-    refuted = [claim for claim in claims if claim.verdict == FAILS]
-    if refuted:
-        told.append("Claims that do not hold: " + "; ".join(f"{claim.name} ({claim.source})" for claim in refuted) + ".")
     return told
 
 
@@ -382,6 +380,19 @@ def what_was_run(rows: list[Row]) -> str:
     times = sorted(filter(None, (row.text("provenance/time") for row in rows)))
     when = f", measured {times[0]}" + (f" to {times[-1]}" if times[-1] != times[0] else "") if times else ""
     return f"{count(len(rows), 'cell')} ({statuses}): {count(len(volumes), 'volume')}, {count(len(codecs), 'codec')}, stages {stages}{when}."
+
+
+def claims_finding(claims: list[Claim]) -> Finding | None:
+    """Which claims hold, by name."""
+    if not claims:
+        return None
+    counts = verdict_counts(claims)
+    words = {HOLDS: "Hold", FAILS: "Do not hold", UNDECIDED: "Undecided", UNCHECKED: "Cannot be checked here"}
+    answer = [f"{word}: " + ", ".join(f"{claim.name} ({claim.source})" for claim in claims if claim.verdict == verdict) + "."
+              for verdict, word in words.items() if counts[verdict]]
+    files = names(str(claim.file) for claim in claims)
+    return Finding("Which claims of papers hold?", f"{counts[HOLDS]} of {count(len(claims), 'claim')}", answer,
+                   f"{count(sum(len(claim.groups) for claim in claims), 'group')} of cells, from {files}.", [])
 
 
 def claims_sentence(claims: list[Claim]) -> str:

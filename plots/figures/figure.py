@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from matplotlib.figure import Figure as Drawing
 
+from estimates import Estimate
 from rows import Row
 
 T = TypeVar("T")
@@ -48,6 +49,11 @@ def groups(rows: Iterable[T], key: Callable[[T], object]) -> dict:
 def of_stage(rows: Iterable[Row], *stages: str) -> list[Row]:
     """Rows that are ok, of stages, without the yardstick memcpy."""
     return [row for row in rows if row.ok and row.stage in stages and row.codec != "memcpy"]
+
+
+def positive(found: Estimate | None) -> bool:
+    """Whether a logarithmic axis can show it."""
+    return found is not None and found.value > 0
 
 
 def file_name(text: str) -> str:

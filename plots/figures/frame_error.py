@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import look
 from estimates import Estimate, frame_ms
-from figures.figure import Figure, Panel, file_name, groups, of_stage
+from figures.figure import Figure, Panel, file_name, groups, of_stage, positive
 from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
 from figures.scatter import Curve, draw_curves, label_curves
 from rows import Row, varying_parameters
 
 
 def draw(rows: list[Row]) -> list[Panel]:
-    usable = [row for row in of_stage(rows, "render") if isinstance(row.get("picture_error"), dict) and frame_ms(row)[0]]
+    usable = [row for row in of_stage(rows, "render") if isinstance(row.get("picture_error"), dict) and positive(frame_ms(row)[0])]
     panels = []
     for where, found in groups(usable, place).items():
         kinds = {frame_ms(row)[1] for row in found}

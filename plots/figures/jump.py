@@ -34,6 +34,7 @@ def panel(where: tuple[str, str, str, str, str], found: list[Row]) -> Panel:
     drawing, (upper, lower) = look.new_panel(2.9, 2)
     draw_curves(upper, [c for c in errors if c.points])
     upper.set_yscale("symlog", linthresh=1)
+    upper.yaxis.set_major_formatter("{x:g}")
     upper.set_ylim(bottom=-0.3)
     upper.set_ylabel("wrong pixels")
     draw_curves(lower, [c for c in times if c.points])

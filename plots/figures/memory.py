@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import look
 from estimates import Estimate, frame_ms, gpu_mib
-from figures.figure import Figure, Panel, file_name, groups, of_stage
+from figures.figure import Figure, Panel, file_name, groups, of_stage, positive
 from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
 from figures.scatter import Point, draw_points, name_points
 from rows import Row, varying_parameters
@@ -13,7 +13,7 @@ MOST_LABELS = 18
 
 
 def draw(rows: list[Row]) -> list[Panel]:
-    usable = [row for row in of_stage(rows, "render") if gpu_mib(row) and frame_ms(row)[0] and not row.number("render/lod_bias") and
+    usable = [row for row in of_stage(rows, "render") if gpu_mib(row) and positive(frame_ms(row)[0]) and not row.number("render/lod_bias") and
               (row.number("render/ao_samples") or 1) == 1 and row.get("render/step") is None]
     panels = []
     for (where, kind), found in groups(usable, lambda row: (place(row), frame_ms(row)[1])).items():

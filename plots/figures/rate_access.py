@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import look
 from estimates import Estimate, access_ns, is_exact, rate
-from figures.figure import Figure, Panel, file_name, groups, of_stage
+from figures.figure import Figure, Panel, file_name, groups, of_stage, positive
 from figures.scatter import Point, draw_points, name_points
 from rows import Row, codec_label, varying_parameters
 
 
 def draw(rows: list[Row]) -> list[Panel]:
     panels = []
-    by_volume = groups((r for r in of_stage(rows, "random-access") if rate(r) and access_ns(r)), lambda row: (row.volume, row.threads))
+    by_volume = groups((r for r in of_stage(rows, "random-access") if rate(r) and positive(access_ns(r))), lambda row: (row.volume, row.threads))
     for (volume, threads), found in by_volume.items():
         varying = varying_parameters(found)
         points = []

@@ -19,7 +19,7 @@ def draw(rows: list[Row]) -> list[Panel]:
         drawing, (axis,) = look.new_panel()
         draw_points(axis, points)
         axis.set_xlabel("file size, % of the original")
-        axis.set_ylabel(f"{stage}, 10$^6$ voxels/s")
+        axis.set_ylabel(f"{stage}, Mvoxel/s")
         axis.set_title(volume)
         name_points(axis, points)
         told = look.describe_points([(p.label, p.x.value, p.y.value) for p in points if p.y], "rate %", "million voxels a second")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import look
 from estimates import Estimate, access_ns, frame_ms, rate, speed
-from figures.figure import Panel, file_name, groups, of_stage
+from figures.figure import Panel, file_name, groups, of_stage, positive
 from figures.pictured import place
 from figures.scatter import Curve, draw_curves, label_curves
 from rows import Row, codec_label, varying_parameters
@@ -15,8 +15,8 @@ Quantity = tuple[str, str, tuple[str, ...], Callable[[Row], Estimate | None]]
 
 # Name, axis label, stages whose rows have it, reader.
 RATE: Quantity = ("rate", "file size, % of the original", ("encode", "decode", "random-access"), lambda row: None if rate(row) is None else Estimate(rate(row) or 0))
-ENCODE: Quantity = ("encode", "encode, 10$^6$ voxels/s", ("encode",), speed)
-DECODE: Quantity = ("decode", "decode, 10$^6$ voxels/s", ("decode",), speed)
+ENCODE: Quantity = ("encode", "encode, Mvoxel/s", ("encode",), speed)
+DECODE: Quantity = ("decode", "decode, Mvoxel/s", ("decode",), speed)
 ACCESS: Quantity = ("access", "one voxel at random, ns", ("random-access",), access_ns)
 FRAME: Quantity = ("frame", "ms a frame", ("render",), lambda row: frame_ms(row)[0])
 
@@ -27,7 +27,7 @@ def scaling_panels(rows: list[Row], quantities: list[Quantity], over: Callable[[
     of a curve's name, since they are what grows."""
     panels = []
     for name, label, stages, read in quantities:
-        usable = [row for row in of_stage(rows, *stages) if over(row) is not None and read(row) is not None]
+        usable = [row for row in of_stage(rows, *stages) if over(row) is not None and positive(read(row))]
         for title, found in groups(usable, where).items():
             curves = curves_of(found, over, read, left_out, name == "rate")
             if not curves:

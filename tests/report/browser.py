@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import fcntl
 import json
 import os
 import select
@@ -29,7 +31,7 @@ class Browser:
         self.source, from_write = os.pipe()
 
         def place_pipes() -> None:  # in the child: 3 is what it reads, 4 what it writes
-            spare_read, spare_write = os.dup(to_read), os.dup(from_write)
+            spare_read, spare_write = (fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_read, from_write))
             os.dup2(spare_read, 3)
             os.dup2(spare_write, 4)
 
@@ -130,6 +132,4 @@ class Browser:
         self.call("Input.insertText", text=text)
 
     def screenshot(self, path: Path, whole: bool = False) -> None:
-        import base64
-
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)["data"]))
