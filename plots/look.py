@@ -27,6 +27,7 @@ HEIGHT_INCHES = 2.35
 INK = "#121314"
 LETTER_POINTS = 3.7  # of a label, about
 AXIS_POINTS = 200.0  # width of a panel's axes, about
+LEGEND_LINE_INCHES = 0.132
 GOOD_AS_EXACT_DB = 100.0  # of a picture: differences are rounding alone
 
 BLUE, ORANGE, GREEN, PURPLE, RED, GREY, TEAL, PINK = (
@@ -153,6 +154,18 @@ def freeze(drawing: Drawing) -> None:
         drawing.set_layout_engine("none")
 
 
+def number_ids(svg: str, prefix: str) -> str:
+    """Ids in the order of their appearance: matplotlib makes some of addresses in memory, which no two runs share. Those that nothing refers to go."""
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', svg))
+    names: dict[str, str] = {}
+
+    def renamed(name: str) -> str:
+        return names.setdefault(name, f"{prefix}-{len(names)}")
+
+    svg = re.sub(r' id="([^"]*)"', lambda m: f' id="{renamed(m.group(1))}"' if m.group(1) in used else "", svg)
+    return re.sub(r'(href="#|url\(#)([^")]+)', lambda m: m.group(1) + renamed(m.group(2)), svg)
+
+
 def to_svg(drawing: Drawing, prefix: str, label: str, description: str) -> str:
     """The panel as an inline SVG element: its ids begin with `prefix`, and title and desc say what it shows."""
     freeze(drawing)
@@ -161,7 +174,7 @@ def to_svg(drawing: Drawing, prefix: str, label: str, description: str) -> str:
     svg = text.getvalue()
     svg = svg[svg.index("<svg"):]
     svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg, flags=re.S)
-    svg = re.sub(r'\b(id="|xlink:href="#|url\(#)', lambda m: m.group(1) + prefix + "-", svg)
+    svg = number_ids(svg, prefix)
     svg = svg.replace("xlink:href=", "href=").replace(INK, "currentColor")
     svg = re.sub(r' xmlns:xlink="[^"]*"', "", svg)
     svg = re.sub(r"(\d+\.\d{2})\d+", r"\1", svg)
@@ -182,7 +195,9 @@ def write_files(drawing: Drawing, stem: Path) -> None:
     """STEM.pdf and STEM.svg as they go into a paper: black text, transparent background."""
     drawing.savefig(stem.with_name(stem.name + ".pdf"), metadata={"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None})
     with matplotlib.rc_context({"svg.fonttype": "path"}):
-        drawing.savefig(stem.with_name(stem.name + ".svg"), metadata={"Date": None})
+        text = io.StringIO()
+        drawing.savefig(text, format="svg", metadata={"Date": None})
+    stem.with_name(stem.name + ".svg").write_text(number_ids(text.getvalue(), "c"), encoding="utf-8")
 
 
 def axis_with_exact(values: list[float | None], axis: Axes, word: str = "exact") -> float:

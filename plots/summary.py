@@ -137,7 +137,7 @@ def fastest_access(rows: list[Row], kind: str) -> Finding | None:
     details = [f"{volume}: {spell_estimate(ranking.best[volume][codec], 'ns')}" for volume in ranking.volumes]
     which = "" if kind == "labels" else ", lossy codecs"
     return Finding(f"Which codec is fastest for random access{which}?", f"{codec}, {spell(mean)} ns a voxel", [one for one in answer if one],
-                   f"Stage random-access, uniform points, finest level, {count(len(measured), 'row')} of {kind}; medians with 95 % intervals." + not_ranked(ranking), details)
+                   f"Stage random-access, uniform points, finest level, {count(len(measured), 'row')} of {kind}; medians, intervals of 95 % from six rounds on." + not_ranked(ranking), details)
 
 
 def clearly_first(ranking: Ranking, volume: str) -> str:
@@ -174,7 +174,7 @@ def fastest_coding(rows: list[Row]) -> Finding | None:
     if not parts:
         return None
     return Finding("Which codec encodes and decodes label volumes fastest?", ", ".join(heads), parts,
-                   f"Wall time of {count(used, 'row')}; medians with 95 % intervals.", details)
+                   f"Wall time of {count(used, 'row')}; medians, intervals of 95 % from six rounds on.", details)
 
 
 @dataclass
@@ -186,8 +186,10 @@ class Comparison:
 
 
 def cache_comparisons(rows: list[Row]) -> list[Comparison]:
-    """Views that two or more access modes drew, with the finest levels and equal samples; of several cache sizes the fastest."""
+    """Views that two or more access modes drew, with the finest levels and equal samples; of several cache sizes the fastest. Plain voxels, which need
+    no cache, count only where there is nothing else."""
     usable = [row for row in of_stage(rows, "render") if e.frame_ms(row)[0] and not row.number("render/lod_bias") and row.get("render/step") is None]
+    usable = without(usable, PLAIN_ARRAY) or usable
 
     def key(row: Row) -> tuple:
         return (*place(row), row.codec, tuple(sorted(row.parameters.items())), row.get("render/ao_samples"), row.get("render/frames"))

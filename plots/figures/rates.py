@@ -35,7 +35,7 @@ def panel(volumes: list[str], by_volume: dict[str, list[Row]], number: int, of: 
     axis.set_ylim(len(volumes) - 0.5, -0.5)
     look.log_axis(axis, "x")
     axis.set_xlabel("file size, % of the original")
-    legend_below(axis, 3)
+    legend_below(axis)
     title = "Rate by data set" + (f", {number} of {of}" if of > 1 else "")
     return Panel(f"{number}" if of > 1 else "all", title, drawing, "; ".join(told), len(told))
 

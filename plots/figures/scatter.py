@@ -46,11 +46,21 @@ def draw_points(axis: Axes, points: list[Point]) -> None:
 def name_points(axis: Axes, points: list[Point], most: int = 24) -> None:
     """Direct labels where there is room for all, else a legend below. The last step of a panel."""
     labels = [(p.label, p.colour, p.x.value, p.y.value) for p in points if p.y is not None]
-    if len(points) <= most and label_points(axis, labels, []):
+    axis.figure.draw_without_rendering()
+    bars = [box for point in points for box in bars_of(axis, point)]
+    if len(points) <= most and label_points(axis, labels, bars):
         return
     for label, p in {p.label: p for p in points}.items():
         axis.plot([], [], p.marker, color=p.colour, fillstyle=p.fill, label=label)
     legend_below(axis)
+
+
+def bars_of(axis: Axes, point: Point) -> list[look.Box]:
+    """What the vertical interval of a point covers."""
+    if point.y is None or not point.y.low or not point.y.high:
+        return []
+    (x, low), (_, high) = (look.in_points(axis, point.x.value, y) for y in (point.y.low, point.y.high))
+    return [(x - 1, low, x + 1, high)]
 
 
 def label_points(axis: Axes, labels: list[tuple[str, str, float, float]], taken: list[look.Box]) -> bool:
@@ -80,15 +90,18 @@ def draw_curves(axis: Axes, curves: list[Curve], exact_at: float | None = None) 
                           ecolor=curve.colour, elinewidth=0.8)
 
 
-def legend_below(axis: Axes, columns: int = 2) -> None:
-    """A legend under the axis; the panel grows by its lines."""
+def legend_below(axis: Axes) -> None:
+    """A legend under the axes, as wide as the panel; the panel grows by its lines."""
     handles, labels = axis.get_legend_handles_labels()
     if not handles:
         return
-    columns = 1 if max(map(len, labels)) > 34 else columns
-    axis.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.28 if len(axis.figure.axes) < 2 else -0.5), ncol=columns,
-                handlelength=2.2, columnspacing=1.2, borderaxespad=0)
-    axis.figure.set_figheight(axis.figure.get_figheight() + 0.13 * -(-len(handles) // columns))
+    drawing = axis.figure
+    columns = max(1, min(3, int((72 * look.COLUMN_INCHES - 6) / (look.LETTER_POINTS * max(map(len, labels)) + 26))))
+    inches = look.LEGEND_LINE_INCHES * -(-len(handles) // columns) + 0.05
+    height = drawing.get_figheight() + inches
+    drawing.set_figheight(height)
+    drawing.get_layout_engine().set(rect=(0, inches / height, 1, 1 - inches / height))
+    drawing.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 0), ncol=columns, handlelength=2.2, columnspacing=1.2, borderaxespad=0.2)
 
 
 def make_room(axis: Axes, letters: int) -> None:

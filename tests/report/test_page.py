@@ -135,10 +135,13 @@ class Page(unittest.TestCase):
                 self.assertTrue(xml.parse(file).getroot().tag.endswith("svg"))
 
     def test_equal_rows_give_equal_bytes(self):
-        again = subprocess.run([sys.executable, "-B", samples.PLOTS / "report.py", "--results", self.path, "-o", self.path / "again.html"], check=True,
+        again = subprocess.run([sys.executable, "-B", samples.PLOTS / "report.py", "--results", self.path, "-o", self.path / "again.html",
+                                "--figures", self.path / "again"], check=True,
                                env={"PYTHONHASHSEED": "7", "PATH": "/usr/bin:/bin", "HOME": str(self.path)})
         self.assertEqual(again.returncode, 0)
         self.assertEqual((self.path / "again.html").read_text(encoding="utf-8"), self.text)
+        for file in (self.path / "figures").iterdir():
+            self.assertEqual((self.path / "again" / file.name).read_bytes(), file.read_bytes(), file.name)
 
 
 class Poor(unittest.TestCase):
