@@ -206,15 +206,19 @@ def cache_choice(rows: list[Row]) -> Finding | None:
     compared = cache_comparisons(rows)
     if not compared:
         return None
+    exact = exact_at_once(compared)
     parts, details, heads = [], [], []
     for name, read in (("held view", e.held_ms), ("path from an empty cache", e.path_ms), ("first frame", e.first_frame_ms)):
         best, told, lines = fastest_mode(compared, name, read)
-        heads += best
+        settled = name == "held view"
+        if best and not settled and not set(best) <= exact:
+            best_exact, told_exact, _ = fastest_mode([Comparison(c.title, {m: r for m, r in c.modes.items() if m in exact}) for c in compared], name, read)
+            told += [text.replace("Fastest,", "Of the modes that are exact in every frame, fastest,", 1) for text in told_exact]
+            best = best_exact or best
+        if best:
+            heads.append(f"{name}: {' or '.join(best)}" + ("" if settled or not set(best) <= exact else ", exact in every frame"))
         parts += told
         details += lines
-    exact = sorted({mode for one in compared for mode, row in one.modes.items()
-                    if all(c.modes[mode].number("exact_after_frames") == 1 for c in compared if mode in c.modes and c.modes[mode].number("exact_after_frames"))
-                    and row.number("exact_after_frames") == 1})
     late = {}
     for one in compared:
         for mode, row in one.modes.items():
@@ -222,13 +226,22 @@ def cache_choice(rows: list[Row]) -> Finding | None:
             if frames > 1:
                 late[mode] = max(late.get(mode, 0), int(frames))
     if exact:
-        parts.append(f"Exact in the first frame from an empty cache: {', '.join(exact)}.")
+        parts.append(f"Exact in the first frame from an empty cache: {', '.join(sorted(exact))}.")
     if late:
         parts.append("Late: " + ", ".join(f"{mode} shows stand-ins and is exact after up to {frames} frames" for mode, frames in sorted(late.items())) + ".")
     parts.append(jump_cost(rows))
     devices = names(row.device for one in compared for row in one.modes.values())
     return Finding("Which cache mode should be chosen, and what does it cost?", "; ".join(heads[:2]), [part for part in parts if part],
                    f"Stage render, {count(len(compared), 'comparison')} of modes with equal codec, volume, scene, shading and size, on {devices}; device times.", details)
+
+
+def exact_at_once(compared: list[Comparison]) -> set[str]:
+    """Modes whose pictures were exact in the first frame wherever they were drawn."""
+    frames: dict[str, set[float | None]] = {}
+    for one in compared:
+        for mode, row in one.modes.items():
+            frames.setdefault(mode, set()).add(row.number("exact_after_frames"))
+    return {mode for mode, seen in frames.items() if seen == {1.0}}
 
 
 def fastest_mode(compared: list[Comparison], name: str, read: Callable[[Row], Estimate | None]) -> tuple[list[str], list[str], list[str]]:
@@ -252,8 +265,7 @@ def fastest_mode(compared: list[Comparison], name: str, read: Callable[[Row], Es
     text = f"Fastest, {name}: {ranked} of {count(total, 'comparison')} ({clear} with intervals apart)"
     gain = e.geometric_mean(gains)
     most = wins.most_common()
-    best = " or ".join(mode for mode, number in most if number == most[0][1])
-    return [f"{name}: {best}"], [text + (f"; the fastest takes 1/{spell(gain)} of the time without a cache." if gain and gain >= 1.01 else ".")], details
+    return [mode for mode, number in most if number == most[0][1]], [text + (f"; the fastest takes 1/{spell(gain)} of the time without a cache." if gain and gain >= 1.01 else ".")], details
 
 
 def jump_cost(rows: list[Row]) -> str:

@@ -6,7 +6,7 @@ import look
 from estimates import Estimate, frame_ms, gpu_mib
 from figures.figure import Figure, Panel, file_name, groups, of_stage, positive
 from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
-from figures.scatter import Point, draw_points, name_points
+from figures.scatter import Key, Point, draw_points, name_points
 from rows import Row, varying_parameters
 
 MOST_LABELS = 18
@@ -26,10 +26,17 @@ def draw(rows: list[Row]) -> list[Panel]:
         axis.set_xlabel("device memory, MiB")
         axis.set_ylabel(f"ms a frame, {kind}")
         axis.set_title(short_title(where))
-        name_points(axis, points, MOST_LABELS)
+        name_points(axis, points, MOST_LABELS, keys_of(found))
         told = look.describe_points([(p.label, p.x.value, p.y.value) for p in points if p.y], "MiB", "ms")
         panels.append(Panel(file_name(" ".join(where[:4]) + f" {kind}"), f"{place_title(where)}; {kind}", drawing, told, len(points), software_note(found)))
     return panels
+
+
+def keys_of(rows: list[Row]) -> list[Key]:
+    """Codecs by colour and fill, then access modes by marker."""
+    codecs = [Key(codec, look.codec_colour(codec), "o", look.codec_fill(codec)) for codec in dict.fromkeys(row.codec for row in rows)]
+    modes = [Key(mode, look.GREY, look.cache_marker(mode)) for mode in dict.fromkeys(row.text("render/cache") for row in rows)]
+    return codecs + modes
 
 
 FIGURE = Figure(

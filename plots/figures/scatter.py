@@ -43,15 +43,25 @@ def draw_points(axis: Axes, points: list[Point]) -> None:
     look.log_axis(axis, "y")
 
 
-def name_points(axis: Axes, points: list[Point], most: int = 24) -> None:
-    """Direct labels where there is room for all, else a legend below. The last step of a panel."""
+@dataclass(frozen=True)
+class Key:
+    """An entry of a legend."""
+
+    label: str
+    colour: str
+    marker: str
+    fill: str = "full"
+
+
+def name_points(axis: Axes, points: list[Point], most: int = 24, keys: list[Key] | None = None) -> None:
+    """Direct labels where there is room for all, else a legend below: of `keys`, by default one for each point. The last step of a panel."""
     labels = [(p.label, p.colour, p.x.value, p.y.value) for p in points if p.y is not None]
     axis.figure.draw_without_rendering()
     bars = [box for point in points for box in bars_of(axis, point)]
     if len(points) <= most and label_points(axis, labels, bars):
         return
-    for label, p in {p.label: p for p in points}.items():
-        axis.plot([], [], p.marker, color=p.colour, fillstyle=p.fill, label=label)
+    for key in keys or dict.fromkeys(Key(p.label, p.colour, p.marker, p.fill) for p in points):
+        axis.plot([], [], key.marker, color=key.colour, fillstyle=key.fill, label=key.label)
     legend_below(axis)
 
 

@@ -55,13 +55,21 @@ class Answers(unittest.TestCase):
 
     def test_the_cache_mode_with_what_it_costs(self):
         found = finding(samples.whole(), "cache mode")
-        self.assertEqual(found.headline, "held view: voxel; path from an empty cache: voxel")
+        self.assertEqual(found.headline, "held view: voxel; path from an empty cache: voxel, exact in every frame")
         text = " ".join(found.answer)
         self.assertIn("1/4.00 of the time without a cache", text)
         self.assertIn("Exact in the first frame from an empty cache: none, voxel.", text)
         self.assertIn("brick shows stand-ins and is exact after up to 3 frames", text)
         self.assertIn("brick 28 % of the pixels wrong (17.5 dB)", text)
         self.assertIn("llvmpipe", found.evidence)
+
+    def test_a_mode_that_shows_stand_ins_is_not_recommended_for_moving_views(self):
+        rows = [samples.drawn("a", "c", cache, ms) for cache, ms in (("none", 9.0), ("voxel", 5.0), ("brick", 1.0))]
+        found = finding(rows, "cache mode")
+        self.assertEqual(found.headline, "held view: brick; path from an empty cache: voxel, exact in every frame")
+        text = " ".join(found.answer)
+        self.assertIn("Fastest, path from an empty cache: brick in 1 of 1", text)
+        self.assertIn("Of the modes that are exact in every frame, fastest, path from an empty cache: voxel in 1 of 1", text)
 
     def test_coarser_pictures_are_not_compared_with_exact_ones(self):
         rows = [samples.drawn("a", "c", "none", 5.0), samples.drawn("a", "c", "voxel", 1.0, render={"lod_bias": 2.0})]
