@@ -56,5 +56,5 @@ def curve(label: str, rows: list[Row], sweeps: list[str]) -> Curve:
 FIGURE = Figure(
     "frame-error", "Frames", "Frame time against image error",
     "Device time of a frame against the PSNR of the picture, of labels to level bias 0 and many samples, of scalars to the original. The colour is the "
-    "codec's, the marker the access mode's. Times with the 95 % interval of the median of their repetitions where there are three or more. Upper left is better.",
+    "codec's, the marker the access mode's. Times with the interval of the median of their repetitions (95 % from six on, none below three). Upper left is better.",
     "No row of stage render with picture_error. configs/sweeps.yaml (labels) and configs/paper/tvq_steps.yaml (scalars) have it.", draw)
