@@ -53,6 +53,7 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
   add_codec_commands(app, exit_code);
   add_inspection_commands(app, exit_code);
   add_render_command(app, exit_code);
+  add_report_command(app, environment, exit_code);
   try {
     app.parse(argc, argv);
     return exit_code;

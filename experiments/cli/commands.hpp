@@ -24,6 +24,7 @@ void add_volume_commands(CLI::App& app, int& exit_code);                        
 void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate
 void add_inspection_commands(CLI::App& app, int& exit_code);  // inspect, at, error
 void add_render_command(CLI::App& app, int& exit_code);       // render
+void add_report_command(CLI::App& app, const Environment& environment, int& exit_code);  // report
 
 /// "X,Y,Z" with positive integers. Throws InputError.
 volumes::Extent parse_extent(const std::string& text);

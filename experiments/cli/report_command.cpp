@@ -1,0 +1,105 @@
+// report: one HTML page of results folders, made by plots/report.py
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "experiments/build_info.hpp"
+#include "experiments/cli/commands.hpp"
+#include "experiments/tracking/history.hpp"
+#include "experiments/worker_process.hpp"
+
+extern char** environ;
+
+namespace cvr::experiments::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReportChoices {
+  std::vector<std::string> results;
+  std::string output, figures, title, store;
+};
+
+/// The exit code of a program, 127 where there is none of that name, 128 + signal where one ended it. `quiet`: without its output.
+int run_program(const std::vector<std::string>& words, bool quiet) {
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (quiet) {
+    posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+  }
+  pid_t child = -1;
+  const int error = posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error == ENOENT) return 127;
+  if (error != 0) throw EnvironmentError(fmt::format("{}: cannot start: {}", words.front(), std::strerror(error)));
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) throw EnvironmentError(fmt::format("{}: cannot wait for it: {}", words.front(), std::strerror(errno)));
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+/// plots/report.py beside the installed program, or in the source tree. Throws EnvironmentError.
+std::string find_script(const fs::path& program) {
+  const std::vector<fs::path> places{program.parent_path().parent_path() / "share" / "cvrbench" / "plots" / "report.py",
+                                     fs::path(build_info::kSourceFolder) / "plots" / "report.py"};
+  std::error_code error;
+  for (const fs::path& place : places) {
+    if (fs::is_regular_file(place, error)) return place.string();
+  }
+  throw EnvironmentError(fmt::format("expected the report's program as {} or {}, found neither", places[0].string(), places[1].string()));
+}
+
+/// A Python that has what the report needs: the first of the path, or Debian's. Throws EnvironmentError.
+std::string find_python() {
+  bool any = false;
+  for (const char* python : {"python3", "/usr/bin/python3"}) {
+    const int code = run_program({python, "-c", "import jinja2, matplotlib, PIL"}, true);
+    if (code == 0) return python;
+    any = any || code != 127;
+  }
+  throw EnvironmentError(any ? "expected a python3 with matplotlib and jinja2, found one without: install the Debian packages python3-matplotlib and python3-jinja2"
+                             : "expected python3, found none: install the Debian packages python3-matplotlib and python3-jinja2");
+}
+
+int report(const ReportChoices& c, const Environment& environment) {
+  std::error_code error;
+  for (const std::string& folder : c.results) {
+    if (!fs::is_directory(folder, error)) throw volumes::InputError(fmt::format("--results {}: expected a folder with rows.jsonl, found none", folder));
+  }
+  if (fs::is_directory(c.output, error)) throw volumes::InputError(fmt::format("-o {}: expected a file to write, found a folder", c.output));
+  const std::string program = fs::read_symlink(environment.program, error).string();
+  std::vector<std::string> words{"", "-B", find_script(program), "-o", c.output, "--program", error ? environment.program : program};
+  for (const std::string& folder : c.results) words.insert(words.end(), {"--results", folder});
+  if (!c.figures.empty()) words.insert(words.end(), {"--figures", c.figures});
+  if (!c.title.empty()) words.insert(words.end(), {"--title", c.title});
+  if (const std::string store = c.store.empty() ? default_history() : c.store; fs::is_directory(store, error)) words.insert(words.end(), {"--store", store});
+  words.front() = find_python();
+  const int code = run_program(words, false);
+  return code == kExitOk || code == kExitUsage ? code : kExitEnvironment;
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, const Environment& environment, int& exit_code) {
+  auto c = std::make_shared<ReportChoices>();
+  auto* command = app.add_subcommand("report", "Makes one self-contained HTML page of results: summary, tables, claims, figures, pictures, provenance");
+  command->add_option("--results", c->results, "folders with rows.jsonl; what a run left in tables/, claims/ and pictures/ beside it is used too")->required();
+  command->add_option("-o,--output", c->output, "the page")->required();
+  command->add_option("--figures", c->figures, "folder for each figure as PDF and SVG, one column of a paper wide");
+  command->add_option("--title", c->title, "heading of the page");
+  command->add_option("--store", c->store, "folder of the history");
+  command->callback([c, &environment, &exit_code] { exit_code = report(*c, environment); });
+}
+
+}  // namespace cvr::experiments::cli

@@ -1,0 +1,126 @@
+"""The page in a browser: no error and no request, all figures, sorting by keyboard, both colour schemes, narrow screens, paper.
+
+Exit code 77 where there is no Chromium, which ctest shows as skipped.
+"""
+
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import samples
+import report
+from browser import Browser, find_browser
+from figures import REGISTRY
+
+SKIPPED = 77
+TABLE = "document.querySelector('#tables').parentElement.querySelector('table')"
+
+
+class InBrowser(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        folder = samples.write_whole(Path(cls.folder.name))
+        cls.page = folder / "page.html"
+        assert report.main(["--results", str(folder), "-o", str(cls.page)]) == 0
+        cls.browser = Browser(find_browser())
+        cls.addClassCleanup(cls.browser.close)
+
+    def setUp(self):
+        self.browser.complaints.clear()
+        self.browser.requests.clear()
+
+    def open(self, **how):
+        self.browser.open(self.page, **how)
+        return self.browser.evaluate
+
+    def column(self, number):
+        return self.browser.evaluate(f"Array.from({TABLE}.tBodies[0].rows).filter(r => !r.hidden).map(r => r.cells[{number}].textContent.trim())")
+
+    def test_no_error_and_no_request_but_the_page(self):
+        for scheme in ("light", "dark"):
+            self.open(scheme=scheme)
+        self.assertEqual(self.browser.complaints, [])
+        self.assertEqual({url for url in self.browser.requests if not url.startswith("data:")}, {self.page.resolve().as_uri()})
+
+    def test_all_figures_have_a_size(self):
+        ask = self.open()
+        ask("document.querySelectorAll('details').forEach(d => d.open = true)")
+        boxes = ask("Array.from(document.querySelectorAll('figure svg')).map(s => [s.closest('figure').id, s.getBoundingClientRect().width, s.getBoundingClientRect().height])")
+        for figure in REGISTRY:
+            self.assertTrue(any(name.startswith(f"figure-{figure.name}-") for name, _, _ in boxes), figure.name)
+        self.assertEqual([box for box in boxes if box[1] < 200 or box[2] < 60], [])
+        self.assertEqual(ask("Array.from(document.images).filter(i => i.naturalWidth === 0).length"), 0)
+
+    def test_text_of_figures_stays_within_them(self):
+        ask = self.open()
+        outside = ask("""Array.from(document.querySelectorAll('figure svg')).flatMap(s => {
+            const box = s.getBoundingClientRect();
+            return Array.from(s.querySelectorAll('text')).filter(t => { const b = t.getBoundingClientRect();
+              return b.left < box.left - 4 || b.right > box.right + 4 || b.top < box.top - 4 || b.bottom > box.bottom + 4; })
+              .map(t => s.closest('figure').id + ': ' + t.textContent); })""")
+        self.assertEqual(outside, [])
+
+    def test_the_keyboard_sorts(self):
+        ask = self.open()
+        before = self.column(2)
+        ask(f"{TABLE}.tHead.rows[0].cells[2].querySelector('button').focus()")
+        self.browser.press("Enter", "\r")
+        self.assertEqual(ask(f"{TABLE}.tHead.rows[0].cells[2].getAttribute('aria-sort')"), "ascending")
+        self.assertEqual(self.column(2), ["2.25", "3", "7", "10.5", "100", "failed", ""])
+        self.assertNotEqual(before, self.column(2))
+        self.browser.press(" ", " ")
+        self.assertEqual(ask(f"{TABLE}.tHead.rows[0].cells[2].getAttribute('aria-sort')"), "descending")
+        self.assertEqual(self.column(2), ["100", "10.5", "7", "3", "2.25", "failed", ""])
+        self.browser.press("Tab")
+        self.assertEqual(ask("document.activeElement.textContent"), "published %")
+        self.browser.press("Enter", "\r")
+        self.assertEqual(ask(f"{TABLE}.querySelectorAll('[aria-sort]').length"), 1)
+        self.assertEqual(self.browser.complaints, [])
+
+    def test_the_filter_keeps_lines_that_have_all_words(self):
+        ask = self.open()
+        ask(f"{TABLE}.closest('.scroll').previousElementSibling.querySelector('input').focus()")
+        self.browser.write("ONE codec<3>")
+        self.assertEqual(self.column(2), ["7"])
+        self.assertEqual(ask(f"{TABLE}.closest('.scroll').previousElementSibling.querySelector('output').textContent"), "1 of 7")
+
+    def test_dark_and_light_differ_in_background_text_and_figures(self):
+        seen = {}
+        for scheme in ("light", "dark"):
+            ask = self.open(scheme=scheme)
+            seen[scheme] = ask("""(() => { const tick = document.querySelector('figure svg text'); return [getComputedStyle(document.documentElement).backgroundColor,
+                getComputedStyle(document.body).color, getComputedStyle(tick).fill]; })()""")
+        self.assertEqual(seen["light"][0], "rgb(255, 255, 255)")
+        self.assertEqual(seen["light"][1], seen["light"][2])
+        self.assertEqual(seen["dark"][1], seen["dark"][2])
+        self.assertEqual([a == b for a, b in zip(seen["light"], seen["dark"])], [False] * 3)
+
+    def test_nothing_is_wider_than_the_screen(self):
+        for width in (320, 390, 1280):
+            ask = self.open(width=width)
+            self.assertLessEqual(ask("document.documentElement.scrollWidth"), width, width)
+
+    def test_the_skip_link_is_first_and_leads_to_the_report(self):
+        ask = self.open()
+        self.browser.press("Tab")
+        self.assertEqual(ask("document.activeElement.getAttribute('href')"), "#main")
+        self.assertGreaterEqual(ask("document.activeElement.getBoundingClientRect().left"), 0)
+
+    def test_paper_shows_everything_and_no_controls(self):
+        ask = self.open(media="print", scheme="dark")
+        self.assertEqual(ask("getComputedStyle(document.querySelector('nav')).display"), "none")
+        self.assertEqual(ask("getComputedStyle(document.querySelector('.filter')).display"), "none")
+        self.assertEqual(ask("getComputedStyle(document.querySelector('.scroll')).overflowX"), "visible")
+        self.assertEqual(ask("getComputedStyle(document.documentElement).backgroundColor"), "rgb(255, 255, 255)")
+        ask("dispatchEvent(new Event('beforeprint'))")
+        self.assertEqual(ask("document.querySelectorAll('details:not([open])').length"), 0)
+
+
+if __name__ == "__main__":
+    if find_browser() is None:
+        print("Skipped: no chromium here; the Debian package chromium brings it.")
+        sys.exit(SKIPPED)
+    unittest.main()
