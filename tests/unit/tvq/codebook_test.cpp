@@ -40,6 +40,25 @@ TEST(Search, FindsTheNearestAndOfEqualsTheFirst) {
   }
 }
 
+/// |c|^2 / 2 - x c cancels where vectors lie far from the origin and near each other: what is chosen may lose as much as its rounding.
+TEST(Search, LosesNoMoreThanRoundingAtNearTies) {
+  constexpr unsigned kDimensions = 64;
+  constexpr float kFar = 1000;
+  Cloud cloud(200, kDimensions, 31), codes_cloud(60, kDimensions, 32);
+  for (float& value : cloud.values) value = kFar + value / 1024;
+  for (float& value : codes_cloud.values) value = kFar + value / 1024;
+  const CodeVectors book{kDimensions, codes_cloud.values};
+  std::vector<std::uint16_t> codes(cloud.vectors.count);
+  find_nearest(book, cloud.vectors, codes, 2);
+  double lost = 0;
+  for (std::uint64_t n = 0; n < cloud.vectors.count; ++n) {
+    double best = squared_distance(cloud.vectors[n], book[0], kDimensions);
+    for (std::uint32_t k = 1; k < book.size(); ++k) best = std::min(best, squared_distance(cloud.vectors[n], book[k], kDimensions));
+    lost = std::max(lost, squared_distance(cloud.vectors[n], book[codes[n]], kDimensions) - best);
+  }
+  EXPECT_LE(lost, 1e-5 * 2 * kDimensions * kFar * kFar);
+}
+
 TEST(Search, HandlesStridesAndSingleCodeVectors) {
   const Cloud cloud(50, 10, 13);
   const Vectors part{cloud.values.data() + 3, 50, 4, 10};

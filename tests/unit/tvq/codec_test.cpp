@@ -290,6 +290,32 @@ TEST(BlockCodecs, RunsOfFourAgreeWithSingleVoxels) {
   }
 }
 
+TEST(BlockCodecs, UseTheRangeThatOccursOfWiderTypes) {
+  // 12 bits in u16, and 12 bits about -1000 in i16 as of a CT: the error is that of the range, not of the type.
+  const Extent extent{48, 40, 36};
+  const auto level = [](const Coordinate& c) { return 17 * (rings(c) - 20); };
+  const Volume unsigned12 =
+      make_scalars<std::uint16_t>(extent, VoxelType::kU16, [&](const Coordinate& c) { return static_cast<std::uint16_t>(level(c)); });
+  const Volume signed12 =
+      make_scalars<std::int16_t>(extent, VoxelType::kI16, [&](const Coordinate& c) { return static_cast<std::int16_t>(level(c) - 1000); });
+  for (const std::string_view id : kIds) {
+    const double first = code(id, unsigned12, {"rate=1000"}).decoder->recorded_error()->mean_squared;
+    const double second = code(id, signed12, {"rate=1000", "zero=least"}).decoder->recorded_error()->mean_squared;
+    EXPECT_LT(std::sqrt(first), 0.15 * 17 * 220) << id;
+    EXPECT_NEAR(second / first, 1, 0.2) << id;
+  }
+}
+
+TEST(BlockCodecs, AnEmptyVolumeIsAHeader) {
+  const Volume empty = make_scalars<std::uint8_t>({80, 64, 48}, VoxelType::kU8, [](const Coordinate&) { return std::uint8_t{0}; });
+  for (const std::string_view id : kIds) {
+    const Coded coded = code(id, empty, {});
+    EXPECT_TRUE(same_voxels(coded.decoded, empty)) << id;
+    EXPECT_EQ(coded.file.breakdown[ByteClass::kOperations], 0u) << id;
+    EXPECT_LT(coded.file.bytes.size(), 700u) << id;
+  }
+}
+
 TEST(Tvq, CountsAsThePaperDoes) {
   // Figure 6: 131072 blocks, 8 bits each of DC, LP, BP, HP, books of 256 entries of 64 bytes: 560 KB for 8192 KB of voxels.
   const Volume volume = make_scalars<std::uint8_t>({256, 256, 128}, VoxelType::kU8, [](const Coordinate& c) {
