@@ -200,6 +200,22 @@ class Conformance : public testing::TestWithParam<Case> {
   Expected<Encoded> encoded_{tl::unexpect, Error{ErrorCode::kBadArgument, "not encoded"}};
 };
 
+TEST_P(Conformance, SectionsCoverTheFile) {
+  const auto file = open_file(bytes());
+  ASSERT_TRUE(file) << file.error().message;
+  const auto decoder = open_decoder(*file);
+  ASSERT_TRUE(decoder) << decoder.error().message;
+  const std::vector<Section> sections = sections_of(*file, **decoder);
+  std::uint64_t at = 0;
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    EXPECT_EQ(sections[i].begin, at) << sections[i].name;
+    EXPECT_GT(sections[i].end, at) << sections[i].name;
+    at = sections[i].end;
+    for (std::size_t j = 0; j < i; ++j) EXPECT_NE(sections[j].name, sections[i].name);
+  }
+  EXPECT_EQ(at, bytes().size());
+}
+
 TEST_P(Conformance, RoundTripsAndDescribesItself) {
   const auto file = open_file(bytes());
   ASSERT_TRUE(file) << file.error().message;
