@@ -34,18 +34,6 @@ TEST(BlockCodecs, WriteTheSameBytesForAnyThreads) {
   }
 }
 
-/// The whole-volume path against the text that a GPU runs, for every voxel.
-template <class T>
-void expect_single_voxels_agree(const Coded& coded) {
-  const Extent& e = coded.decoded.extent();
-  std::vector<Coordinate> points;
-  for (std::uint64_t i = 0; i < e.voxels(); ++i) points.push_back({i % e.x, i / e.x % e.y, i / (e.x * e.y)});
-  std::vector<std::uint64_t> found(points.size());
-  ASSERT_TRUE(coded.decoder->voxel_access()->at(points, 0, found));
-  const auto voxels = coded.decoded.voxels<T>();
-  for (std::size_t i = 0; i < found.size(); ++i) ASSERT_EQ(found[i], voxels[i]) << i;
-}
-
 TEST(BlockCodecs, SingleVoxelsAgreeWithTheWhole) {
   const Extent extent{41, 23, 38};
   for (const std::string_view id : kIds) {

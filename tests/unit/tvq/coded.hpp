@@ -69,6 +69,18 @@ RecordedError error_of(const Volume& expected, const Volume& found) {
   return error;
 }
 
+/// The whole-volume path against the text that a GPU runs, for every voxel.
+template <class T>
+void expect_single_voxels_agree(const Coded& coded) {
+  const Extent& e = coded.decoded.extent();
+  std::vector<Coordinate> points;
+  for (std::uint64_t i = 0; i < e.voxels(); ++i) points.push_back({i % e.x, i / e.x % e.y, i / (e.x * e.y)});
+  std::vector<std::uint64_t> found(points.size());
+  ASSERT_TRUE(coded.decoder->voxel_access()->at(points, 0, found));
+  const auto voxels = coded.decoded.voxels<T>();
+  for (std::size_t i = 0; i < found.size(); ++i) ASSERT_EQ(found[i], voxels[i]) << i;
+}
+
 inline bool same_voxels(const Volume& a, const Volume& b) {
   return a.extent() == b.extent() && std::memcmp(a.data(), b.data(), a.info().bytes()) == 0;
 }
