@@ -61,8 +61,7 @@ int ab(const TrackingChoices& c) {
   for (const std::string& program : {c.base, c.fresh}) {
     if (!fs::is_regular_file(program)) throw volumes::InputError(fmt::format("{}: expected a program cvrbench, found no file", program));
   }
-  std::pair<std::vector<Row>, std::vector<Row>> rows;
-  for (const std::string& path : c.run.configs) rows = contest(c, load(c.run, path), out, fs::absolute(c.base), fs::absolute(c.fresh));
+  const auto rows = contest(c, load(c.run, c.run.configs.front()), out, fs::absolute(c.base), fs::absolute(c.fresh));
   end_progress();
   return show_comparison(c, rows.first, rows.second, Arrangement::kInterleaved);
 }
@@ -106,7 +105,7 @@ int aa(const TrackingChoices& c, const Environment& environment) {
   return kExitOk;
 }
 
-int update_baseline(const TrackingChoices& c, const Environment& environment, bool check) {
+int check_or_update_baseline(const TrackingChoices& c, const Environment& environment, bool check) {
   int exit_code = kExitOk;
   for (const std::string& path : c.run.configs) {
     const Config config = load(c.run, path);
@@ -215,7 +214,7 @@ void add_tracking_commands(CLI::App& app, const Environment& environment, int& e
     command->add_option("configs", c->run.configs, "configuration files")->required();
     command->add_option("--baseline", c->baseline, "folder of baselines (default: results/baseline beside the folder configs)");
     add_measuring(*command);
-    command->callback([c, check, &environment, &exit_code] { exit_code = update_baseline(*c, environment, check); });
+    command->callback([c, check, &environment, &exit_code] { exit_code = check_or_update_baseline(*c, environment, check); });
   }
 
   auto* history = app.add_subcommand("history", "Keeps figures over commits and finds steps in them");
