@@ -37,7 +37,10 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
   BrickError decode_to(const Coordinate& brick, unsigned lod, std::byte* out, std::uint64_t row, std::uint64_t plane,
                        BrickWorkspace& workspace) const;
   Error malformed(std::uint64_t brick, BrickError what) const {
-    return {ErrorCode::kMalformed, fmt::format("brick {} (word {}): {}", brick, layout_.starts[brick], what)};
+    const Extent& grid = layout_.grid;
+    const Coordinate at{brick % grid.x, brick / grid.x % grid.y, brick / (grid.x * grid.y)};
+    const std::uint32_t word = layout_.starts[layout_.group_index(layout_.group_at(at))];
+    return {ErrorCode::kMalformed, fmt::format("brick {} (word {}): {}", brick, word, what)};
   }
   Expected<void> check_lod(unsigned lod) const {
     if (lod < layout_.levels) return {};
@@ -55,7 +58,8 @@ BrickError BrickDecoder::decode_to(const Coordinate& brick, unsigned lod, std::b
                                    std::uint64_t plane, BrickWorkspace& workspace) const {
   const unsigned level = layout_.levels - 1 - lod;
   const Validity validity(layout_.brick, layout_.brick_extent(brick));
-  if (BrickError error = format_->unpack(layout_.brick_words(layout_.index(brick)), validity, level, workspace)) return error;
+  const auto words = layout_.group_words(layout_.group_index(layout_.group_at(brick)));
+  if (BrickError error = format_->unpack(words, layout_.member(brick), validity, level, workspace)) return error;
   const BrickExtent& nodes = validity.nodes(level);
   volumes::with_label_type(info_.type, [&]<class T>() {
     workspace.grid.scatter(level, nodes, reinterpret_cast<T*>(out), row, plane);
@@ -143,12 +147,8 @@ std::span<const T> view(std::span<const std::byte> bytes) {
 
 Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const {
   auto format = make_format_(stream.parameters);
-  BrickLayout layout{};
-  layout.brick = static_cast<std::uint32_t>(stream.parameters.integer("brick"));
-  layout.levels = levels_of_brick(layout.brick);
-  layout.extent = stream.info.extent;
-  layout.grid = volumes::ceil_div(layout.extent, layout.brick);
-  const std::uint64_t bricks = layout.grid.voxels();
+  BrickLayout layout(stream.info.extent, static_cast<std::uint32_t>(stream.parameters.integer("brick")), format->group());
+  const std::uint64_t groups = layout.groups.voxels();
 
   ByteReader in(stream.payload);
   const auto truncated = [&](std::string_view what) {
@@ -166,21 +166,24 @@ Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const 
   if (in.failed()) return truncated("the frequency tables");
   if (auto ok = format->read_tables(tables); !ok) return tl::unexpected(ok.error());
   in.take((4 - in.position() % 4) % 4);
-  if (bricks >= in.remaining() / 4) return truncated("the start table");
-  const auto starts = view<std::uint32_t>(in.take((bricks + 1) * 4));
+  if (groups >= in.remaining() / 4) return truncated("the start table");
+  const auto starts = view<std::uint32_t>(in.take((groups + 1) * 4));
   const auto words = view<std::uint32_t>(in.take(in.remaining()));
   layout.starts = starts.data();
   layout.words = words.data();
-  for (std::uint64_t i = 0; i < bricks; ++i) {
+  for (std::uint64_t i = 0; i < groups; ++i) {
+    const std::string_view unit = layout.group == 1 ? "brick" : "group";
     if (starts[i] > starts[i + 1] || starts[i + 1] > words.size()) {
-      return fail(ErrorCode::kMalformed, fmt::format("start table: brick {} begins at word {} and ends at {} of {}", i, starts[i],
+      return fail(ErrorCode::kMalformed, fmt::format("start table: {} {} begins at word {} and ends at {} of {}", unit, i, starts[i],
                                                      starts[i + 1], words.size()));
     }
-    if (BrickError error = format->check(layout.brick_words(i), layout.levels)) {
-      return fail(ErrorCode::kMalformed, fmt::format("brick {} (word {}): {}", i, starts[i], error));
+    const Extent& grid = layout.groups;
+    const Extent bricks = layout.bricks_of_group({i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)});
+    if (BrickError error = format->check(layout.group_words(i), static_cast<std::uint32_t>(bricks.voxels()), layout.levels)) {
+      return fail(ErrorCode::kMalformed, fmt::format("{} {} (word {}): {}", unit, i, starts[i], error));
     }
   }
-  if (starts[0] != 0 || starts[bricks] != words.size()) {
+  if (starts[0] != 0 || starts[groups] != words.size()) {
     return fail(ErrorCode::kMalformed, "start table: the bricks do not fill the payload");
   }
   return std::make_unique<BrickDecoder>(stream.info, layout, remap, std::move(format));

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/label_codes.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs::csgv {
@@ -15,7 +16,6 @@ using volumes::parallel_for;
 using volumes::SlabReader;
 
 constexpr std::uint64_t kSlabDepth = 64;
-constexpr std::uint64_t kFewBricks = 64;  ///< a pre-pass over fewer would not see enough symbols
 
 /// Replaces labels above 32 bits by their rank among all labels.
 class LabelRemap {
@@ -78,31 +78,29 @@ class LabelRemap {
 };
 
 struct Worker {
-  Worker(std::uint32_t b) : grid(b), operations(b) {}
+  Worker(std::uint32_t b, std::unique_ptr<PackWorkspace> workspace) : grid(b), operations(b), pack(std::move(workspace)) {}
   LabelGrid grid;
   OperationStream operations;
-  PackWorkspace pack;
-  std::vector<std::uint32_t> words;  ///< bricks of the current slab
+  std::unique_ptr<PackWorkspace> pack;
+  std::vector<std::uint32_t> words;  ///< groups of the current slab
   ByteBreakdown bytes;
 };
 
 class BrickEncoder {
  public:
   BrickEncoder(const VolumeSource& source, std::uint32_t brick, BrickFormat& format, unsigned threads)
-      : source_(source), reader_(source), remap_(source), format_(format), threads_(std::max(1u, threads)), brick_(brick) {
-    layout_.brick = brick;
-    layout_.levels = levels_of_brick(brick);
-    layout_.extent = source.info().extent;
-    layout_.grid = volumes::ceil_div(layout_.extent, brick);
-    for (unsigned i = 0; i < threads_; ++i) workers_.push_back(std::make_unique<Worker>(brick));
+      : source_(source), reader_(source), remap_(source), format_(format), threads_(std::max(1u, threads)),
+        layout_(source.info().extent, brick, format.group()) {
+    for (unsigned i = 0; i < threads_; ++i) workers_.push_back(std::make_unique<Worker>(brick, format.pack_workspace()));
   }
 
+  void number_labels();
   void sample();
   Expected<Payload> run();
 
  private:
   template <class T, class Body>
-  void for_each_brick(const T* slab, std::uint64_t first_layer, std::uint64_t layers, unsigned stride, Body&& body);
+  void with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at, Worker& worker, Body&& body);
   template <class Body>
   void for_each_slab(unsigned stride, Body&& body);
   unsigned sampling_stride() const;
@@ -113,41 +111,34 @@ class BrickEncoder {
   LabelRemap remap_;
   BrickFormat& format_;
   unsigned threads_;
-  std::uint32_t brick_;
-  BrickLayout layout_{};
+  BrickLayout layout_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::vector<std::uint32_t> narrowed_;
 };
 
-/// Encodes the operations of every `stride`-th brick of the layers into its worker, then calls body(worker, brick in slab).
+/// Finds the operations of the brick `at`, of a slab that begins with that layer, and calls body(brick).
 template <class T, class Body>
-void BrickEncoder::for_each_brick(const T* slab, std::uint64_t first_layer, std::uint64_t layers, unsigned stride, Body&& body) {
+void BrickEncoder::with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at, Worker& worker, Body&& body) {
   const Extent& e = layout_.extent;
-  const Extent& g = layout_.grid;
-  const Extent sampled = volumes::ceil_div({g.x, g.y, layers}, stride);
+  const std::uint64_t b = layout_.brick;
   const OperationOptions options = format_.options();
-  parallel_for(threads_, sampled.voxels(), [&](unsigned w, std::uint64_t i) {
-    const Coordinate in_slab{i % sampled.x * stride, i / sampled.x % sampled.y * stride, i / (sampled.x * sampled.y) * stride};
-    const Coordinate at{in_slab.x, in_slab.y, first_layer + in_slab.z};
-    const Validity validity(brick_, layout_.brick_extent(at));
-    Worker& worker = *workers_[w];
-    worker.grid.build(slab + (at.x * brick_ + e.x * (at.y * brick_ + e.y * in_slab.z * brick_)), e.x, e.x * e.y, validity);
-    if (options.keep_outside) worker.grid.fill_outside(validity);
-    worker.operations.encode(worker.grid, validity, options);
-    body(w, in_slab.x + g.x * (in_slab.y + g.y * in_slab.z));
-  });
+  const Validity validity(layout_.brick, layout_.brick_extent(at));
+  worker.grid.build(slab + (at.x * b + e.x * (at.y * b + e.y * (at.z - first_layer) * b)), e.x, e.x * e.y, validity);
+  if (options.keep_outside) worker.grid.fill_outside(validity);
+  worker.operations.encode(worker.grid, validity, options);
+  body(SourceBrick{worker.grid, validity, worker.operations});
 }
 
 /// Draws slabs of brick layers; body(call with a body for each brick, first layer, layers).
 template <class Body>
 void BrickEncoder::for_each_slab(unsigned stride, Body&& body) {
   const Extent& e = layout_.extent;
-  const std::uint64_t layers_a_slab = stride > 1 ? stride : std::max<std::uint64_t>(kSlabDepth / brick_, 1);
+  const std::uint64_t layers_a_slab = stride > 1 ? stride : std::max<std::uint64_t>(kSlabDepth / layout_.brick, layout_.group);
   for (std::uint64_t layer = 0; layer < layout_.grid.z; layer += layers_a_slab) {
     // With a stride only the first layer of a slab is asked for.
     const std::uint64_t layers = stride > 1 ? 1 : std::min(layers_a_slab, layout_.grid.z - layer);
-    const std::uint64_t z0 = layer * brick_;
-    const std::uint64_t z1 = std::min(z0 + layers * brick_, e.z);
+    const std::uint64_t z0 = layer * layout_.brick;
+    const std::uint64_t z1 = std::min(z0 + layers * layout_.brick, e.z);
     const std::byte* slab = reader_.read(z0, z1);
     const std::uint64_t voxels = e.x * e.y * (z1 - z0);
     switch (source_.info().type) {
@@ -165,31 +156,45 @@ void BrickEncoder::for_each_slab(unsigned stride, Body&& body) {
 
 /// The format's stride, halved until enough bricks are seen.
 unsigned BrickEncoder::sampling_stride() const {
-  unsigned stride = format_.sampling();
-  while (stride > 1 && volumes::ceil_div(layout_.grid, stride).voxels() < kFewBricks) stride /= 2;
+  auto [stride, few] = format_.sampling();
+  while (stride > 1 && volumes::ceil_div(layout_.grid, stride).voxels() < few) stride /= 2;
   return stride;
 }
 
+/// Tells the format all labels that are stored.
+void BrickEncoder::number_labels() {
+  if (!format_.wants_labels()) return;
+  std::vector<std::uint32_t> stored;
+  if (const std::size_t remapped = remap_.labels().size(); remapped > 0) {
+    for (std::uint32_t i = 0; i < remapped; ++i) stored.push_back(i);
+  } else {
+    DistinctLabels distinct(threads_);
+    const Extent& e = layout_.extent;
+    for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
+      const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
+      const std::uint64_t bytes = e.x * e.y * depth * size_of(source_.info().type);
+      distinct.add(source_.info().type, {reader_.read(z, z + depth), bytes});
+    }
+    const std::vector<std::uint64_t> labels = distinct.take();
+    stored.assign(labels.begin(), labels.end());
+  }
+  format_.set_labels(std::move(stored));
+}
+
 void BrickEncoder::sample() {
+  std::vector<std::unique_ptr<BrickStatistics>> statistics;
+  for (unsigned i = 0; i < threads_; ++i) statistics.push_back(format_.statistics());
+  if (statistics[0] == nullptr) return;
   const unsigned stride = sampling_stride();
-  if (stride == 0) return;
-  SymbolCounts counts{};
-  std::mutex counts_mutex;
   for_each_slab(stride, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
-    for_each_brick(slab, layer, layers, stride, [&](unsigned w, std::uint64_t) {
-      const OperationStream& operations = workers_[w]->operations;
-      const std::uint32_t finest = operations.level_start(layout_.levels - 1);
-      std::array<std::array<std::uint32_t, 16>, 2> here{};
-      const auto symbols = operations.symbols();
-      for (const std::uint8_t symbol : symbols.first(finest)) ++here[0][symbol];
-      for (const std::uint8_t symbol : symbols.subspan(finest)) ++here[1][symbol];
-      const std::scoped_lock lock(counts_mutex);
-      for (unsigned part = 0; part < 2; ++part) {
-        for (unsigned s = 0; s < 16; ++s) counts[part][s] += here[part][s];
-      }
+    const Extent sampled = volumes::ceil_div({layout_.grid.x, layout_.grid.y, layers}, stride);
+    parallel_for(threads_, sampled.voxels(), [&](unsigned w, std::uint64_t i) {
+      const Coordinate at{i % sampled.x * stride, i / sampled.x % sampled.y * stride, layer + i / (sampled.x * sampled.y) * stride};
+      with_brick(slab, layer, at, *workers_[w], [&](const SourceBrick& brick) { statistics[w]->add(brick); });
     });
   });
-  format_.fit(counts);
+  for (unsigned i = 1; i < threads_; ++i) statistics[0]->merge(*statistics[i]);
+  format_.fit(*statistics[0]);
 }
 
 void BrickEncoder::write_front(ByteWriter& out, ByteBreakdown& bytes) const {
@@ -208,21 +213,21 @@ void BrickEncoder::write_front(ByteWriter& out, ByteBreakdown& bytes) const {
 }
 
 Expected<Payload> BrickEncoder::run() {
-  const std::uint64_t bricks = layout_.grid.voxels();
+  const std::uint64_t groups = layout_.groups.voxels();
   ByteBreakdown bytes;
   ByteWriter front;
   write_front(front, bytes);
   Payload payload{front.take(), {}, 0};
   const std::uint64_t table_at = payload.bytes.size();
-  payload.bytes.resize(table_at + (bricks + 1) * sizeof(std::uint32_t));
-  bytes[ByteClass::kIndex] = (bricks + 1) * sizeof(std::uint32_t);
+  payload.bytes.resize(table_at + (groups + 1) * sizeof(std::uint32_t));
+  bytes[ByteClass::kIndex] = (groups + 1) * sizeof(std::uint32_t);
 
   struct Piece {
     unsigned worker;
     std::size_t at, words;
   };
   std::vector<Piece> pieces;
-  std::uint64_t brick = 0;  // next in the start table
+  std::uint64_t next = 0;  // in the start table
   std::uint64_t words = 0;
   const auto set_start = [&](std::uint64_t i, std::uint64_t start) {
     const auto stored = static_cast<std::uint32_t>(start);
@@ -230,20 +235,29 @@ Expected<Payload> BrickEncoder::run() {
   };
   for_each_slab(1, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
     for (const auto& worker : workers_) worker->words.clear();
-    pieces.resize(layout_.grid.x * layout_.grid.y * layers);
-    for_each_brick(slab, layer, layers, 1, [&](unsigned w, std::uint64_t i) {
+    const std::uint64_t a_layer = layout_.groups.x * layout_.groups.y;
+    pieces.resize(a_layer * ((layers + layout_.group - 1) / layout_.group));
+    parallel_for(threads_, pieces.size(), [&](unsigned w, std::uint64_t i) {
       Worker& worker = *workers_[w];
       const std::size_t at = worker.words.size();
-      format_.pack(worker.operations, worker.pack, worker.words, worker.bytes);
+      const Coordinate group{i % layout_.groups.x, i / layout_.groups.x % layout_.groups.y, layer / layout_.group + i / a_layer};
+      const Extent bricks = layout_.bricks_of_group(group);
+      for (std::uint64_t k = 0; k < bricks.voxels(); ++k) {
+        const Coordinate brick{group.x * layout_.group + k % bricks.x, group.y * layout_.group + k / bricks.x % bricks.y,
+                               group.z * layout_.group + k / (bricks.x * bricks.y)};
+        with_brick(slab, layer, brick, worker,
+                   [&](const SourceBrick& found) { format_.pack(found, *worker.pack, worker.words, worker.bytes); });
+      }
+      format_.finish_group(*worker.pack, worker.words, worker.bytes);
       pieces[i] = {w, at, worker.words.size() - at};
     });
     for (const Piece& piece : pieces) {
-      set_start(brick++, words);
+      set_start(next++, words);
       payload.bytes.append(workers_[piece.worker]->words.data() + piece.at, piece.words * sizeof(std::uint32_t));
       words += piece.words;
     }
   });
-  set_start(bricks, words);
+  set_start(groups, words);
   if (words > ~std::uint32_t{0}) {
     return fail(ErrorCode::kTooLarge, "the encoded bricks exceed 2^32 words, the range of the start table");
   }
@@ -277,6 +291,20 @@ void append_nibbles(std::span<const std::uint8_t> symbols, std::vector<std::uint
 
 }  // namespace
 
+BrickLayout::BrickLayout(const Extent& volume, std::uint32_t brick_edge, std::uint32_t group_edge)
+    : brick(brick_edge), group(group_edge), levels(levels_of_brick(brick_edge)), extent(volume),
+      grid(volumes::ceil_div(volume, brick_edge)), groups(volumes::ceil_div(grid, group_edge)) {}
+
+Extent BrickLayout::bricks_of_group(const Coordinate& g) const {
+  const auto cut = [this](std::uint64_t at, std::uint64_t size) { return std::min<std::uint64_t>(group, size - at * group); };
+  return {cut(g.x, grid.x), cut(g.y, grid.y), cut(g.z, grid.z)};
+}
+
+std::uint32_t BrickLayout::member(const Coordinate& c) const {
+  const Extent bricks = bricks_of_group(group_at(c));
+  return static_cast<std::uint32_t>(c.x % group + bricks.x * (c.y % group + bricks.y * (c.z % group)));
+}
+
 BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {
   const auto cut = [this](std::uint64_t at, std::uint64_t size) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(brick, size - at * brick));
@@ -297,6 +325,7 @@ void append_nibble_brick(const OperationStream& operations, std::vector<std::uin
 Expected<Payload> BrickCodec::encode(const VolumeSource& source, const Parameters& parameters, unsigned threads) const {
   const auto format = make_format_(parameters);
   BrickEncoder encoder(source, static_cast<std::uint32_t>(parameters.integer("brick")), *format, threads);
+  encoder.number_labels();
   encoder.sample();
   return encoder.run();
 }

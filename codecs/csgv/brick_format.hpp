@@ -13,12 +13,8 @@
 #include "codecs/csgv/label_grid.hpp"
 #include "codecs/csgv/operations.hpp"
 #include "codecs/csgv/reconstruct.hpp"
-#include "codecs/succinct/bit_vector.hpp"
 
 namespace cvr::codecs::csgv {
-
-/// How often each symbol occurs: [0] in all coarse levels, [1] in the finest.
-using SymbolCounts = std::array<std::array<std::uint64_t, 16>, 2>;
 
 /// Scratch memory of one worker, reused from brick to brick.
 struct BrickWorkspace {
@@ -29,23 +25,54 @@ struct BrickWorkspace {
   std::array<std::vector<std::uint32_t>, 2> active;  ///< for Reconstruction::run
 };
 
-/// Scratch memory of BrickFormat::pack, one a worker.
-struct PackWorkspace {
-  std::vector<std::uint8_t> bytes;
-  std::array<succinct::BitAppender, 5> wavelet_levels;
-  succinct::BitAppender matrix, stops;
+/// One brick of the volume that is encoded, after each stage.
+struct SourceBrick {
+  const LabelGrid& grid;
+  const Validity& validity;
+  const OperationStream& operations;
 };
 
-/// Where the bricks of an opened payload lie.
+/// What a worker has counted of the bricks that it was shown. Workers are merged in any order: counts must only add up.
+class BrickStatistics {
+ public:
+  virtual ~BrickStatistics() = default;
+  virtual void add(const SourceBrick& brick) = 0;
+  virtual void merge(const BrickStatistics& other) = 0;
+};
+
+/// Which bricks are counted before the first is encoded: every `stride`-th an axis, halved while fewer than `few` are seen.
+struct Sampling {
+  unsigned stride;
+  std::uint64_t few;
+};
+
+/// Scratch memory of BrickFormat::pack, one a worker; formats derive their own.
+class PackWorkspace {
+ public:
+  virtual ~PackWorkspace() = default;
+};
+
+/// Where the bricks of a payload lie. Bricks are stored in groups of up to group^3, groups x fastest.
 struct BrickLayout {
-  std::uint32_t brick;          ///< voxels a side
+  BrickLayout(const Extent& volume, std::uint32_t brick_edge, std::uint32_t group_edge);
+
+  std::uint32_t brick;  ///< voxels a side
+  std::uint32_t group;  ///< bricks a side of a group
   unsigned levels;
-  Extent extent;                ///< of the volume
-  Extent grid;                  ///< bricks along each axis
-  const std::uint32_t* starts;  ///< bricks + 1 entries, in words from `words`
-  const std::uint32_t* words;
+  Extent extent;        ///< of the volume
+  Extent grid;          ///< bricks along each axis
+  Extent groups;        ///< groups along each axis
+  const std::uint32_t* starts = nullptr;  ///< of each group and the end, in words from `words`
+  const std::uint32_t* words = nullptr;
+
   std::uint64_t index(const Coordinate& c) const { return c.x + grid.x * (c.y + grid.y * c.z); }
-  std::span<const std::uint32_t> brick_words(std::uint64_t i) const { return {words + starts[i], words + starts[i + 1]}; }
+  /// The group of a brick, and the bricks of a group along each axis: fewer at the volume's border.
+  Coordinate group_at(const Coordinate& c) const { return {c.x / group, c.y / group, c.z / group}; }
+  std::uint64_t group_index(const Coordinate& g) const { return g.x + groups.x * (g.y + groups.y * g.z); }
+  Extent bricks_of_group(const Coordinate& g) const;
+  /// A brick's place in its group, x fastest.
+  std::uint32_t member(const Coordinate& c) const;
+  std::span<const std::uint32_t> group_words(std::uint64_t i) const { return {words + starts[i], words + starts[i + 1]}; }
   BrickExtent brick_extent(const Coordinate& c) const;
 };
 
@@ -54,20 +81,33 @@ class BrickFormat {
   virtual ~BrickFormat() = default;
   virtual OperationOptions options() const = 0;
 
-  /// Formats with static tables see the counts of sampled bricks first; every `sampling()`-th brick an axis, 0 = no pre-pass.
-  virtual unsigned sampling() const { return 0; }
-  virtual void fit(const SymbolCounts&) {}
+  /// Bricks a side of what is stored together and has one entry in the start table.
+  virtual std::uint32_t group() const { return 1; }
+
+  /// Formats that number the labels of the volume are told them before anything else, ascending.
+  virtual bool wants_labels() const { return false; }
+  virtual void set_labels(std::vector<std::uint32_t>) {}
+
+  /// Formats with static tables see sampled bricks first: a counter for each worker, then the sum. nullptr: no tables.
+  virtual Sampling sampling() const { return {1, 0}; }
+  virtual std::unique_ptr<BrickStatistics> statistics() const { return nullptr; }
+  virtual void fit(const BrickStatistics&) {}
   virtual void write_tables(ByteWriter&) const {}
   virtual Expected<void> read_tables(ByteReader&) { return {}; }
 
-  /// Appends one brick to `words`. Called by several threads at once.
-  virtual void pack(const OperationStream& operations, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+  virtual std::unique_ptr<PackWorkspace> pack_workspace() const { return std::make_unique<PackWorkspace>(); }
+  /// Takes the bricks of a group one after the other, x fastest; finish_group ends it. Either may append to `words`, which hold this
+  /// group and earlier ones. Called by several threads at once, each with a workspace of its own.
+  virtual void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
                     ByteBreakdown& bytes) const = 0;
-  /// Rebuilds the levels 0..target of workspace.grid.
-  virtual BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+  virtual void finish_group(PackWorkspace&, std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
+  /// Rebuilds the levels 0..target of workspace.grid, of a brick's place among the words of its group.
+  virtual BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
                             BrickWorkspace& workspace) const = 0;
   /// Checks what unpack() and at() rely on; formats without voxel access may leave it to unpack().
-  virtual BrickError check(std::span<const std::uint32_t>, unsigned /*levels*/) const { return nullptr; }
+  virtual BrickError check(std::span<const std::uint32_t> /*group*/, std::uint32_t /*bricks*/, unsigned /*levels*/) const {
+    return nullptr;
+  }
 
   virtual bool has_voxel_access() const { return false; }
   /// labels[i] = stored label of the node at `level` (0 = coarsest) that contains points[i].
@@ -75,9 +115,13 @@ class BrickFormat {
     return "no voxel access";
   }
 
-  /// Names the decoder text and adds its constants, and buffers after start table and bricks.
-  virtual void describe_to_gpu(GpuEncoding& encoding) const = 0;
+  /// Names the decoder text, adds its constants and the label codes of the volume, and buffers after start table and bricks.
+  virtual Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const = 0;
 };
+
+/// What the published formats tell a GPU of their bricks, each a group of its own that ends with a palette: all labels, and the words
+/// of the largest brick without its palette. Checks every palette, which formats without voxel access leave unchecked on opening.
+Expected<void> add_palettes(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding);
 
 /// The layout that the formats share: L level starts, then the palette size.
 inline void append_level_starts(const OperationStream& operations, std::vector<std::uint32_t>& words) {

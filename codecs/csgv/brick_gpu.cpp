@@ -23,26 +23,6 @@ std::span<const std::uint32_t> palette_of(std::span<const std::uint32_t> words, 
   return words.last(words[levels]);
 }
 
-/// Visits all palettes: the labels of the volume, and the words of the largest brick without its palette. False at a brick
-/// without palette.
-bool scan_palettes(const BrickLayout& layout, unsigned threads, DistinctLabels& labels, std::uint32_t& largest) {
-  const std::uint64_t bricks = layout.grid.voxels();
-  std::atomic<bool> whole = true;
-  std::vector<std::uint64_t> most(threads, 0);
-  volumes::parallel_for(threads, (bricks + kBricksAPiece - 1) / kBricksAPiece, [&](unsigned worker, std::uint64_t piece) {
-    const std::uint64_t end = std::min(bricks, (piece + 1) * kBricksAPiece);
-    for (std::uint64_t i = piece * kBricksAPiece; i < end; ++i) {
-      const auto words = layout.brick_words(i);
-      const auto palette = palette_of(words, layout.levels);
-      if (palette.empty()) whole = false;
-      labels.add(worker, palette);
-      most[worker] = std::max<std::uint64_t>(most[worker], words.size() - palette.size());
-    }
-  });
-  largest = static_cast<std::uint32_t>(std::ranges::max(most));
-  return whole;
-}
-
 }  // namespace
 
 Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const std::uint64_t> remap, const BrickFormat& format,
@@ -50,30 +30,42 @@ Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const st
   if (brick != 0 && brick != layout.brick) {
     return fail(ErrorCode::kBadArgument, fmt::format("brick edge: this stream has bricks of {}, asked for {}", layout.brick, brick));
   }
-  threads = std::max(1u, threads);
-  DistinctLabels distinct(threads);
-  std::uint32_t largest = 0;
-  if (!scan_palettes(layout, threads, distinct, largest)) {
-    return fail(ErrorCode::kMalformed, "a brick has no palette, or one that is longer than the brick");
-  }
-  const std::vector<std::uint64_t> labels = distinct.take();
-  if (!remap.empty() && labels.back() >= remap.size()) return fail(ErrorCode::kMalformed, "a label leaves the remap table");
-
   GpuEncoding encoding;
-  const std::uint64_t bricks = layout.grid.voxels();
-  encoding.buffers.push_back({"starts", std::as_bytes(std::span(layout.starts, bricks + 1)), nullptr});
-  encoding.buffers.push_back({"bricks", std::as_bytes(std::span(layout.words, layout.starts[bricks])), nullptr});
+  const std::uint64_t groups = layout.groups.voxels();
+  encoding.buffers.push_back({"starts", std::as_bytes(std::span(layout.starts, groups + 1)), nullptr});
+  encoding.buffers.push_back({"bricks", std::as_bytes(std::span(layout.words, layout.starts[groups])), nullptr});
   encoding.brick = layout.brick;
   encoding.levels = layout.levels;
   encoding.voxel_access = format.has_voxel_access();
   encoding.serial = true;
   encoding.cell_loops = 8 * (layout.levels + 6);  // hops, each with loops over levels; longer chains are possible and rare
   encoding.brick_loops = nodes_of_level(layout.levels - 1) / 7 + 2 * layout.levels;  // one for eight nodes
-  encoding.shared_words = encoding.voxel_access ? largest : 0;
-  encoding.codes.assign(labels.begin(), labels.end());
   encoding.remap = remap;
-  format.describe_to_gpu(encoding);
+  if (auto ok = format.describe_to_gpu(layout, std::max(1u, threads), encoding); !ok) return tl::unexpected(ok.error());
+  if (!remap.empty() && encoding.codes.back() >= remap.size()) return fail(ErrorCode::kMalformed, "a label leaves the remap table");
   return encoding;
+}
+
+Expected<void> add_palettes(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) {
+  const std::uint64_t bricks = layout.groups.voxels();
+  DistinctLabels distinct(threads);
+  std::atomic<bool> whole = true;
+  std::vector<std::uint64_t> most(threads, 0);  // words of a worker's largest brick without its palette
+  volumes::parallel_for(threads, (bricks + kBricksAPiece - 1) / kBricksAPiece, [&](unsigned worker, std::uint64_t piece) {
+    const std::uint64_t end = std::min(bricks, (piece + 1) * kBricksAPiece);
+    for (std::uint64_t i = piece * kBricksAPiece; i < end; ++i) {
+      const auto words = layout.group_words(i);
+      const auto palette = palette_of(words, layout.levels);
+      if (palette.empty()) whole = false;
+      distinct.add(worker, palette);
+      most[worker] = std::max<std::uint64_t>(most[worker], words.size() - palette.size());
+    }
+  });
+  if (!whole) return fail(ErrorCode::kMalformed, "a brick has no palette, or one that is longer than the brick");
+  const std::vector<std::uint64_t> labels = distinct.take();
+  encoding.codes.assign(labels.begin(), labels.end());
+  encoding.shared_words = encoding.voxel_access ? static_cast<std::uint32_t>(std::ranges::max(most)) : 0;
+  return {};
 }
 
 }  // namespace cvr::codecs::csgv

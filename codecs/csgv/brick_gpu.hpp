@@ -5,7 +5,7 @@
 
 namespace cvr::codecs::csgv {
 
-/// See Decoder::gpu_encoding. Checks every palette, which formats without voxel access leave unchecked on opening.
+/// See Decoder::gpu_encoding.
 Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const std::uint64_t> remap, const BrickFormat& format,
                                    std::uint32_t brick, unsigned threads);
 

@@ -16,12 +16,11 @@ class NibbleFormat final : public BrickFormat {
 
   OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = delta_}; }
 
-  void pack(const OperationStream& operations, PackWorkspace&, std::vector<std::uint32_t>& words,
-            ByteBreakdown& bytes) const override {
-    append_nibble_brick(operations, words, bytes);
+  void pack(const SourceBrick& brick, PackWorkspace&, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
+    append_nibble_brick(brick.operations, words, bytes);
   }
 
-  BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
                     BrickWorkspace& workspace) const override {
     const std::uint64_t header = workspace.grid.levels() + 1;
     if (words.size() <= header) return "the brick is shorter than its header";
@@ -32,10 +31,11 @@ class NibbleFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
-  void describe_to_gpu(GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
     if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
     encoding.constants = {{"CVR_CSGV_RANS", 0u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
+    return add_palettes(layout, threads, encoding);
   }
 
  private:

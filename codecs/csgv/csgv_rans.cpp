@@ -36,15 +36,38 @@ class RansReader {
   RansDecoder decoder_;
 };
 
+/// How often each symbol occurs: [0] in all coarse levels, [1] in the finest.
+class SymbolCounts final : public BrickStatistics {
+ public:
+  void add(const SourceBrick& brick) override {
+    const OperationStream& operations = brick.operations;
+    const std::uint32_t finest = operations.level_start(operations.levels() - 1);
+    const auto symbols = operations.symbols();
+    for (const std::uint8_t symbol : symbols.first(finest)) ++counts[0][symbol];
+    for (const std::uint8_t symbol : symbols.subspan(finest)) ++counts[1][symbol];
+  }
+  void merge(const BrickStatistics& other) override {
+    for (unsigned part = 0; part < 2; ++part) {
+      for (unsigned s = 0; s < 16; ++s) counts[part][s] += static_cast<const SymbolCounts&>(other).counts[part][s];
+    }
+  }
+  std::array<std::array<std::uint64_t, entropy::kRansSymbols>, 2> counts{};
+};
+
+struct RansWorkspace final : PackWorkspace {
+  std::vector<std::uint8_t> bytes;
+};
+
 class RansFormat final : public BrickFormat {
  public:
   explicit RansFormat(const Parameters& parameters)
       : delta_(parameters.integer("delta") != 0), sampling_(static_cast<unsigned>(parameters.integer("sampling"))) {}
 
   OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = delta_}; }
-  unsigned sampling() const override { return sampling_; }
-
-  void fit(const SymbolCounts& counts) override {
+  Sampling sampling() const override { return {sampling_, 64}; }
+  std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<SymbolCounts>(); }
+  void fit(const BrickStatistics& statistics) override {
+    const auto& counts = static_cast<const SymbolCounts&>(statistics).counts;
     // Operations 0..5 with and without stop bit; digits of deltas take any value.
     tables_[0] = RansTable::fit(counts[0], delta_ ? 0xffff : 0x3f3f);
     tables_[1] = RansTable::fit(counts[1], delta_ ? 0xffff : 0x003f);
@@ -65,12 +88,14 @@ class RansFormat final : public BrickFormat {
     return {};
   }
 
-  void pack(const OperationStream& operations, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<RansWorkspace>(); }
+  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
             ByteBreakdown& bytes) const override {
+    const OperationStream& operations = brick.operations;
     const unsigned levels = operations.levels();
     const std::size_t brick_at = words.size();
     append_level_starts(operations, words);
-    std::vector<std::uint8_t>& streams = workspace.bytes;
+    std::vector<std::uint8_t>& streams = static_cast<RansWorkspace&>(workspace).bytes;
     streams.clear();
     const auto symbols = operations.symbols();
     const std::uint32_t finest = operations.level_start(levels - 1);
@@ -90,7 +115,7 @@ class RansFormat final : public BrickFormat {
     bytes[ByteClass::kPalette] += 4 * operations.palette().size();
   }
 
-  BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
                     BrickWorkspace& workspace) const override {
     const unsigned levels = workspace.grid.levels();
     const std::uint64_t header = levels + 1;
@@ -106,7 +131,7 @@ class RansFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
-  void describe_to_gpu(GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
     if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
     encoding.constants = {{"CVR_CSGV_RANS", 1u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
@@ -116,6 +141,7 @@ class RansFormat final : public BrickFormat {
       slots->append(words.data(), words.size() * sizeof words[0]);
     }
     encoding.buffers.push_back({"tables", slots->bytes(), slots});
+    return add_palettes(layout, threads, encoding);
   }
 
  private:

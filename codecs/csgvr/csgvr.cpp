@@ -82,22 +82,29 @@ class WaveletReader {
   bool finest_ = false;
 };
 
+struct MatrixWorkspace final : PackWorkspace {
+  std::array<BitAppender, kWaveletLevels> levels;
+  BitAppender matrix, stops;
+};
+
 class CsgvrFormat final : public BrickFormat {
  public:
   explicit CsgvrFormat(bool stop_bits) : stop_bits_(stop_bits) {}
 
   OperationOptions options() const override { return {.stop_bits = stop_bits_, .keep_outside = true, .delta = false}; }
-  void pack(const OperationStream& operations, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<MatrixWorkspace>(); }
+  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
             ByteBreakdown& bytes) const override;
-  BrickError check(std::span<const std::uint32_t> words, unsigned levels) const override;
-  BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+  BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks, unsigned levels) const override;
+  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
                     BrickWorkspace& workspace) const override;
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override;
-  void describe_to_gpu(GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
     encoding.decoder = "csgvr";
     encoding.constants = {{"CVR_CSGVR_STOP_BITS", stop_bits_ ? 1u : 0u}};
+    return add_palettes(layout, threads, encoding);
   }
 
  private:
@@ -136,9 +143,11 @@ void build_wavelet_levels(std::span<const std::uint8_t> symbols, std::array<BitA
   }
 }
 
-void CsgvrFormat::pack(const OperationStream& operations, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vector<std::uint32_t>& words,
                        ByteBreakdown& bytes) const {
-  build_wavelet_levels(operations.symbols(), workspace.wavelet_levels, workspace.stops);
+  auto& workspace = static_cast<MatrixWorkspace&>(scratch);
+  const OperationStream& operations = brick.operations;
+  build_wavelet_levels(operations.symbols(), workspace.levels, workspace.stops);
   BitAppender& matrix = workspace.matrix;
   matrix.clear();
   std::array<std::uint32_t, kWaveletLevels> starts;
@@ -147,8 +156,8 @@ void CsgvrFormat::pack(const OperationStream& operations, PackWorkspace& workspa
   for (unsigned l = 0; l < kWaveletLevels; ++l) {
     starts[l] = matrix.size();
     ones_before[l] = ones;
-    for (const std::uint64_t word : workspace.wavelet_levels[l].words()) ones += static_cast<std::uint32_t>(std::popcount(word));
-    matrix.append(workspace.wavelet_levels[l]);
+    for (const std::uint64_t word : workspace.levels[l].words()) ones += static_cast<std::uint32_t>(std::popcount(word));
+    matrix.append(workspace.levels[l]);
   }
   append_level_starts(operations, words);
   words.push_back(matrix.size());
@@ -207,7 +216,7 @@ BrickError CsgvrFormat::check_wavelet_matrix(Words words, const CsgvrBrick& bric
   return start == w_bits ? nullptr : "the wavelet matrix is longer than its levels";
 }
 
-BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, unsigned levels) const {
+BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::uint32_t, unsigned levels) const {
   const std::uint64_t header = levels + 2 + 2 * kWaveletLevels - 1;
   if (brick_words.size() <= header) return "the brick is shorter than its header";
   const Words words{brick_words.data()};
@@ -249,7 +258,7 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, unsign
   return check_wavelet_matrix(words, brick, symbols, w_bits);
 }
 
-BrickError CsgvrFormat::unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+BrickError CsgvrFormat::unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
                                BrickWorkspace& workspace) const {
   const CsgvrBrick brick = open(words, workspace.grid.levels());
   WaveletReader reader({words.data()}, brick);

@@ -14,12 +14,11 @@ class CsgvrNibbleFormat final : public BrickFormat {
  public:
   OperationOptions options() const override { return {.stop_bits = false, .keep_outside = true, .delta = false}; }
 
-  void pack(const OperationStream& operations, PackWorkspace&, std::vector<std::uint32_t>& words,
-            ByteBreakdown& bytes) const override {
-    append_nibble_brick(operations, words, bytes);
+  void pack(const SourceBrick& brick, PackWorkspace&, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
+    append_nibble_brick(brick.operations, words, bytes);
   }
 
-  BrickError check(std::span<const std::uint32_t> words, unsigned levels) const override {
+  BrickError check(std::span<const std::uint32_t> words, std::uint32_t, unsigned levels) const override {
     const std::uint64_t nibble_words = (nodes_before_level(levels) + 7) / 8;
     if (words.size() < levels + 1 + nibble_words) return "the brick is shorter than its operations";
     if (words.size() != levels + 1 + nibble_words + words[levels]) return "the palette does not end with the brick";
@@ -29,7 +28,7 @@ class CsgvrNibbleFormat final : public BrickFormat {
     return words[levels] == 0 ? "the palette is empty" : nullptr;
   }
 
-  BrickError unpack(std::span<const std::uint32_t> words, const Validity& validity, unsigned target,
+  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
                     BrickWorkspace& workspace) const override {
     const unsigned levels = workspace.grid.levels();
     const std::uint32_t palette_size = words[levels];
@@ -38,9 +37,10 @@ class CsgvrNibbleFormat final : public BrickFormat {
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
-  void describe_to_gpu(GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
     encoding.decoder = "csgvr_nibble";
     encoding.cell_loops += nodes_of_level(encoding.levels - 1) / (7 * CVR_NIBBLE_WORDS) + 1;  // eight nodes a word
+    return add_palettes(layout, threads, encoding);
   }
 
   bool has_voxel_access() const override { return true; }

@@ -16,10 +16,10 @@ csgv::BrickError for_each_point(const csgv::BrickLayout& layout, std::span<const
   const std::uint64_t inside = layout.brick - 1;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Coordinate& p = points[i];
-    const std::uint64_t brick = layout.index({p.x >> brick_shift, p.y >> brick_shift, p.z >> brick_shift});
+    const std::uint64_t brick = layout.index({p.x >> brick_shift, p.y >> brick_shift, p.z >> brick_shift});  // each its own group
     const auto node = [&](std::uint64_t at) { return static_cast<std::uint32_t>((at & inside) >> node_shift); };
     const std::uint32_t n = shaders::cvr_morton_encode(node(p.x), node(p.y), node(p.z));
-    if (!query(layout.brick_words(brick), n, labels[i])) return "a chain of operations leaves its brick or its palette";
+    if (!query(layout.group_words(brick), n, labels[i])) return "a chain of operations leaves its brick or its palette";
   }
   return nullptr;
 }
