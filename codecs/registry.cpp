@@ -6,6 +6,7 @@
 #include "codecs/bc4/bc4.hpp"
 #include "codecs/compresso/compresso.hpp"
 #include "codecs/csgv/csgv.hpp"
+#include "codecs/csgv_ctx/csgv_ctx.hpp"
 #include "codecs/csgvr/csgvr.hpp"
 #include "codecs/general/general.hpp"
 #include "codecs/neuroglancer/neuroglancer.hpp"
@@ -26,6 +27,7 @@ std::span<const Codec* const> all_codecs() {
       &compresso_lzma_codec(),
       &csgv_nibble_codec(),
       &csgv_rans_codec(),
+      &csgv_ctx_codec(),
       &csgvr_nibble_codec(),
       &csgvr_codec(),
       &csgvr_sb_codec(),

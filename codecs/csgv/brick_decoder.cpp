@@ -58,8 +58,7 @@ BrickError BrickDecoder::decode_to(const Coordinate& brick, unsigned lod, std::b
                                    std::uint64_t plane, BrickWorkspace& workspace) const {
   const unsigned level = layout_.levels - 1 - lod;
   const Validity validity(layout_.brick, layout_.brick_extent(brick));
-  const auto words = layout_.group_words(layout_.group_index(layout_.group_at(brick)));
-  if (BrickError error = format_->unpack(words, layout_.member(brick), validity, level, workspace)) return error;
+  if (BrickError error = format_->unpack(layout_.stored(brick), validity, level, workspace)) return error;
   const BrickExtent& nodes = validity.nodes(level);
   volumes::with_label_type(info_.type, [&]<class T>() {
     workspace.grid.scatter(level, nodes, reinterpret_cast<T*>(out), row, plane);

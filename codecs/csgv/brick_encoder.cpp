@@ -125,7 +125,7 @@ void BrickEncoder::with_brick(const T* slab, std::uint64_t first_layer, const Co
   const Validity validity(layout_.brick, layout_.brick_extent(at));
   worker.grid.build(slab + (at.x * b + e.x * (at.y * b + e.y * (at.z - first_layer) * b)), e.x, e.x * e.y, validity);
   if (options.keep_outside) worker.grid.fill_outside(validity);
-  worker.operations.encode(worker.grid, validity, options);
+  if (format_.wants_operations()) worker.operations.encode(worker.grid, validity, options);
   body(SourceBrick{worker.grid, validity, worker.operations});
 }
 
@@ -300,9 +300,11 @@ Extent BrickLayout::bricks_of_group(const Coordinate& g) const {
   return {cut(g.x, grid.x), cut(g.y, grid.y), cut(g.z, grid.z)};
 }
 
-std::uint32_t BrickLayout::member(const Coordinate& c) const {
-  const Extent bricks = bricks_of_group(group_at(c));
-  return static_cast<std::uint32_t>(c.x % group + bricks.x * (c.y % group + bricks.y * (c.z % group)));
+StoredBrick BrickLayout::stored(const Coordinate& c) const {
+  const Coordinate g = group_at(c);
+  const Extent bricks = bricks_of_group(g);
+  return {group_words(group_index(g)), static_cast<std::uint32_t>(c.x % group + bricks.x * (c.y % group + bricks.y * (c.z % group))),
+          static_cast<std::uint32_t>(bricks.voxels())};
 }
 
 BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {

@@ -22,7 +22,8 @@ struct BrickWorkspace {
       : grid(b), active{std::vector<std::uint32_t>(nodes_of_level(grid.levels() - 2)),
                         std::vector<std::uint32_t>(nodes_of_level(grid.levels() - 2))} {}
   LabelGrid grid;
-  std::array<std::vector<std::uint32_t>, 2> active;  ///< for Reconstruction::run
+  std::array<std::vector<std::uint32_t>, 2> active;  ///< nodes of two levels that have coded children
+  std::vector<std::uint32_t> palette;                ///< of formats that do not store it as it is
 };
 
 /// One brick of the volume that is encoded, after each stage.
@@ -52,6 +53,13 @@ class PackWorkspace {
   virtual ~PackWorkspace() = default;
 };
 
+/// A brick among the words of its group.
+struct StoredBrick {
+  std::span<const std::uint32_t> words;
+  std::uint32_t member;  ///< its place in the group, x fastest
+  std::uint32_t bricks;  ///< of the group
+};
+
 /// Where the bricks of a payload lie. Bricks are stored in groups of up to group^3, groups x fastest.
 struct BrickLayout {
   BrickLayout(const Extent& volume, std::uint32_t brick_edge, std::uint32_t group_edge);
@@ -70,8 +78,7 @@ struct BrickLayout {
   Coordinate group_at(const Coordinate& c) const { return {c.x / group, c.y / group, c.z / group}; }
   std::uint64_t group_index(const Coordinate& g) const { return g.x + groups.x * (g.y + groups.y * g.z); }
   Extent bricks_of_group(const Coordinate& g) const;
-  /// A brick's place in its group, x fastest.
-  std::uint32_t member(const Coordinate& c) const;
+  StoredBrick stored(const Coordinate& brick) const;
   std::span<const std::uint32_t> group_words(std::uint64_t i) const { return {words + starts[i], words + starts[i + 1]}; }
   BrickExtent brick_extent(const Coordinate& c) const;
 };
@@ -83,6 +90,9 @@ class BrickFormat {
 
   /// Bricks a side of what is stored together and has one entry in the start table.
   virtual std::uint32_t group() const { return 1; }
+
+  /// Whether pack() and statistics() ask for the operations; formats that find their own save the time.
+  virtual bool wants_operations() const { return true; }
 
   /// Formats that number the labels of the volume are told them before anything else, ascending.
   virtual bool wants_labels() const { return false; }
@@ -101,9 +111,8 @@ class BrickFormat {
   virtual void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
                     ByteBreakdown& bytes) const = 0;
   virtual void finish_group(PackWorkspace&, std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
-  /// Rebuilds the levels 0..target of workspace.grid, of a brick's place among the words of its group.
-  virtual BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
-                            BrickWorkspace& workspace) const = 0;
+  /// Rebuilds the levels 0..target of workspace.grid; of levels below the target only what the target needs.
+  virtual BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const = 0;
   /// Checks what unpack() and at() rely on; formats without voxel access may leave it to unpack().
   virtual BrickError check(std::span<const std::uint32_t> /*group*/, std::uint32_t /*bricks*/, unsigned /*levels*/) const {
     return nullptr;

@@ -20,8 +20,8 @@ class NibbleFormat final : public BrickFormat {
     append_nibble_brick(brick.operations, words, bytes);
   }
 
-  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace) const override {
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
+    const auto words = brick.words;
     const std::uint64_t header = workspace.grid.levels() + 1;
     if (words.size() <= header) return "the brick is shorter than its header";
     const std::uint32_t palette_size = words[header - 1];

@@ -115,8 +115,8 @@ class RansFormat final : public BrickFormat {
     bytes[ByteClass::kPalette] += 4 * operations.palette().size();
   }
 
-  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace) const override {
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
+    const auto words = brick.words;
     const unsigned levels = workspace.grid.levels();
     const std::uint64_t header = levels + 1;
     if (words.size() <= header) return "the brick is shorter than its header";

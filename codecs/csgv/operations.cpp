@@ -16,11 +16,6 @@ namespace {
 
 constexpr unsigned kMaxDeltaSymbols = 8;    // the operation and at most seven base-8 digits
 
-std::uint32_t hash(std::uint32_t label) {
-  label *= 0x9e3779b1u;
-  return label ^ (label >> 15);
-}
-
 }  // namespace
 
 OperationStream::OperationStream(std::uint32_t b) : levels_(levels_of_brick(b)) {
@@ -32,30 +27,13 @@ OperationStream::OperationStream(std::uint32_t b) : levels_(levels_of_brick(b)) 
 void OperationStream::encode(const LabelGrid& grid, const Validity& validity, const OperationOptions& options) {
   if (options.delta) {
     symbols_.resize(kMaxDeltaSymbols * nodes_before_level(levels_) + 8);
-    slots_.resize(std::size_t{2} * nodes_of_level(levels_ - 1));
-    ++generation_;
+    index_.begin(nodes_of_level(levels_ - 1));
   }
   if (options.stop_bits) {
     options.delta ? encode_levels<true, true>(grid, validity, options) : encode_levels<true, false>(grid, validity, options);
   } else {
     encode_levels<false, false>(grid, validity, options);
   }
-}
-
-void OperationStream::remember(std::uint32_t label) {
-  const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
-  std::uint32_t at = hash(label) & mask;
-  while (slots_[at].generation == generation_ && slots_[at].label != label) at = (at + 1) & mask;
-  slots_[at] = {generation_, label, palette_size_ - 1};
-}
-
-/// The newest palette entry with that label, or ~0.
-std::uint32_t OperationStream::find_entry(std::uint32_t label) const {
-  const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
-  for (std::uint32_t at = hash(label) & mask; slots_[at].generation == generation_; at = (at + 1) & mask) {
-    if (slots_[at].label == label) return slots_[at].entry;
-  }
-  return ~0u;
 }
 
 /// The palette operations of the given lanes, as bytes.
@@ -68,12 +46,13 @@ std::uint64_t OperationStream::palette_operations(const std::uint32_t* labels, u
     std::uint64_t operation = kAdvance;
     if (palette_[palette_size_ - 1] == label) {
       operation = kLast;
-    } else if (const std::uint32_t entry = kDeltas ? find_entry(label) : ~0u; entry != ~0u) {
+    } else if (const std::uint32_t entry = kDeltas ? index_.find(label) : PaletteIndex::kNone;
+               entry != PaletteIndex::kNone) {
       operation = kDelta;
       distances_[c] = palette_size_ - 1 - entry;
     } else {
       palette_[palette_size_++] = label;
-      if constexpr (kDeltas) remember(label);
+      if constexpr (kDeltas) index_.remember(label, palette_size_ - 1);
     }
     codes |= operation << (8 * c);
   }
@@ -103,7 +82,7 @@ void OperationStream::encode_levels(const LabelGrid& grid, const Validity& valid
   end_ = symbols_.data();
   palette_[0] = grid.labels(0)[0];
   palette_size_ = 1;
-  if constexpr (kDeltas) remember(palette_[0]);
+  if constexpr (kDeltas) index_.remember(palette_[0], 0);
   const bool stop_root = kStops && grid.constant();
   *end_++ = static_cast<std::uint8_t>(kAdvance | (stop_root ? kStopBit : 0));
   level_start_[0] = 0;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "codecs/csgv/label_grid.hpp"
+#include "codecs/csgv/palette_index.hpp"
 
 namespace cvr::codecs::csgv {
 
@@ -52,8 +53,6 @@ class OperationStream {
   template <bool kDeltas>
   std::uint64_t palette_operations(const std::uint32_t* labels, unsigned lanes);
   void append_with_digits(std::uint64_t codes, unsigned valid);
-  void remember(std::uint32_t label);
-  std::uint32_t find_entry(std::uint32_t label) const;
 
   unsigned levels_;
   std::array<std::uint32_t, kMaxLevels + 1> level_start_{};
@@ -62,12 +61,7 @@ class OperationStream {
   std::vector<std::uint8_t> symbols_;
   std::vector<std::uint32_t> palette_;
   std::array<std::vector<std::uint32_t>, 2> active_;  ///< nodes of this level and the next that have coded children
-  // Newest palette entry of each label, for delta: open addressing, cleared by a new generation for each brick.
-  struct Slot {
-    std::uint32_t generation = 0, label = 0, entry = 0;
-  };
-  std::vector<Slot> slots_;
-  std::uint32_t generation_ = 0;
+  PaletteIndex index_;  ///< for delta
   std::array<std::uint32_t, 8> distances_{};  ///< of the delta operations of the current block
 };
 

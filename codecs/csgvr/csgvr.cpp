@@ -96,8 +96,7 @@ class CsgvrFormat final : public BrickFormat {
   void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
             ByteBreakdown& bytes) const override;
   BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks, unsigned levels) const override;
-  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override;
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override;
@@ -258,8 +257,8 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::u
   return check_wavelet_matrix(words, brick, symbols, w_bits);
 }
 
-BrickError CsgvrFormat::unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
-                               BrickWorkspace& workspace) const {
+BrickError CsgvrFormat::unpack(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace) const {
+  const auto words = stored.words;
   const CsgvrBrick brick = open(words, workspace.grid.levels());
   WaveletReader reader({words.data()}, brick);
   Reconstruction reconstruction(reader, {words.data() + words.size() - 1, brick.palette_size}, workspace.grid, validity, options());

@@ -28,8 +28,8 @@ class CsgvrNibbleFormat final : public BrickFormat {
     return words[levels] == 0 ? "the palette is empty" : nullptr;
   }
 
-  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace) const override {
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
+    const auto words = brick.words;
     const unsigned levels = workspace.grid.levels();
     const std::uint32_t palette_size = words[levels];
     NibbleReader reader(words.data() + levels + 1, words.size() - levels - 1 - palette_size);

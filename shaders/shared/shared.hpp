@@ -11,6 +11,7 @@ namespace cvr::shaders {
 #include "shaders/shared/bit_vector.glsl"
 #include "shaders/shared/morton.glsl"
 
+#include "shaders/shared/csgv_ctx.glsl"
 #include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/cuckoo.glsl"

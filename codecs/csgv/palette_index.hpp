@@ -1,0 +1,49 @@
+// The newest palette entry of each label of a brick: open addressing, emptied by a new generation for each brick.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace cvr::codecs::csgv {
+
+class PaletteIndex {
+ public:
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+  /// Forgets everything and makes room for `labels`, a power of two.
+  void begin(std::size_t labels) {
+    if (slots_.size() != 2 * labels) {
+      slots_.assign(2 * labels, {});
+      generation_ = 0;
+    }
+    ++generation_;
+  }
+  void remember(std::uint32_t label, std::uint32_t entry) {
+    const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
+    std::uint32_t at = hash(label) & mask;
+    while (slots_[at].generation == generation_ && slots_[at].label != label) at = (at + 1) & mask;
+    slots_[at] = {generation_, label, entry};
+  }
+  /// The entry, or kNone.
+  std::uint32_t find(std::uint32_t label) const {
+    const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
+    for (std::uint32_t at = hash(label) & mask; slots_[at].generation == generation_; at = (at + 1) & mask) {
+      if (slots_[at].label == label) return slots_[at].entry;
+    }
+    return kNone;
+  }
+
+ private:
+  struct Slot {
+    std::uint32_t generation = 0, label = 0, entry = 0;
+  };
+  static std::uint32_t hash(std::uint32_t label) {
+    label *= 0x9e3779b1u;
+    return label ^ (label >> 15);
+  }
+
+  std::vector<Slot> slots_;
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace cvr::codecs::csgv

@@ -1,0 +1,434 @@
+// The format `csgv-ctx`: what a group of bricks is made of, and how a brick is rebuilt.
+#include "codecs/csgv_ctx/csgv_ctx.hpp"
+
+#include <algorithm>
+
+#include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv_ctx/brick_walk.hpp"
+#include "codecs/csgv_ctx/gpu_tables.hpp"
+#include "codecs/csgv_ctx/label_list.hpp"
+#include "codecs/csgv_ctx/model.hpp"
+#include "codecs/csgv_ctx/training.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+using namespace csgv;
+using namespace csgv_ctx;
+using shaders::CtxBrick;
+using shaders::CtxGroup;
+using shaders::Words;
+
+constexpr std::uint32_t kGroupVoxels = 64;  ///< voxels a side of a group, but at most
+constexpr std::uint32_t kGroupBricks = 4;   ///< so many bricks a side
+constexpr std::uint32_t kFewVoxels = 1u << 21;  ///< tables fitted to fewer would know too little
+
+/// Bits that number `count` >= 1 things.
+unsigned bits_for(std::uint64_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
+
+/// How a reference is coded: by the width of distance - 1, then the bits below the highest one.
+struct CodedReference {
+  explicit CodedReference(const Reference& reference) : value(reference.distance - 1), bound(reference.entries - 1) {}
+  bool coded() const { return bound >= 2; }  ///< else there is but one older entry
+  unsigned kind() const { return number_class(bound); }
+  unsigned width() const { return std::min(static_cast<unsigned>(std::bit_width(value)), kWide); }
+  std::uint32_t value, bound;
+};
+/// Bits that follow a width.
+constexpr unsigned bits_below(unsigned width) { return width == kWide ? kWideBits : width > 0 ? width - 1 : 0; }
+
+class ContextStatistics final : public BrickStatistics {
+ public:
+  void add(const SourceBrick& brick) override {
+    walk_.run(brick.grid, brick.validity);
+    for (const Event event : walk_.events()) contexts.add(event);
+    for (const Reference& older : walk_.references()) {
+      const CodedReference reference(older);
+      if (reference.coded()) ++numbers[reference.kind()][reference.width()];
+    }
+  }
+  void merge(const BrickStatistics& other) override {
+    const auto& theirs = static_cast<const ContextStatistics&>(other);
+    contexts.merge(theirs.contexts);
+    for (unsigned kind = 0; kind < numbers.size(); ++kind) {
+      for (unsigned s = 0; s < kSymbols; ++s) numbers[kind][s] += theirs.numbers[kind][s];
+    }
+  }
+  ContextCounts contexts;
+  NumberCounts numbers{};
+
+ private:
+  BrickWalk walk_;
+};
+
+/// The bricks of a group until it is written.
+struct GroupWorkspace final : PackWorkspace {
+  struct Brick {
+    std::uint32_t first_entry, entries;  ///< in `labels`
+    std::uint32_t first_byte, bytes;     ///< in `streams`
+  };
+  BrickWalk walk;
+  std::vector<Brick> bricks;
+  std::vector<std::uint32_t> labels;   ///< palettes, one after the other
+  std::vector<std::uint8_t> streams;
+  StreamEncoder encoder;
+  std::vector<std::uint32_t> list;
+};
+
+class CtxFormat final : public BrickFormat {
+ public:
+  explicit CtxFormat(const Parameters& parameters)
+      : brick_(static_cast<std::uint32_t>(parameters.integer("brick"))), group_(std::min(kGroupVoxels / brick_, kGroupBricks)),
+        sampling_(static_cast<unsigned>(parameters.integer("sampling"))) {}
+
+  OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = true}; }
+  bool wants_operations() const override { return false; }
+  std::uint32_t group() const override { return group_; }
+  bool wants_labels() const override { return true; }
+  void set_labels(std::vector<std::uint32_t> labels) override { labels_ = std::move(labels); }
+  Sampling sampling() const override { return {sampling_, std::max(1u, kFewVoxels / (brick_ * brick_ * brick_))}; }
+  std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ContextStatistics>(); }
+  void fit(const BrickStatistics& statistics) override {
+    const auto& counts = static_cast<const ContextStatistics&>(statistics);
+    model_ = train(counts.contexts, counts.numbers);
+  }
+  void write_tables(ByteWriter& out) const override;
+  Expected<void> read_tables(ByteReader& in) override;
+
+  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<GroupWorkspace>(); }
+  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+            ByteBreakdown& bytes) const override;
+  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override;
+  BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks, unsigned levels) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override;
+  Expected<void> describe_to_gpu(const BrickLayout&, unsigned, GpuEncoding& encoding) const override {
+    describe_tables(model_, labels_, label_bits(), encoding);
+    return {};
+  }
+
+ private:
+  void put_reference(const CodedReference& reference, StreamEncoder& encoder) const;
+  unsigned label_bits() const { return bits_for(labels_.size()); }
+  std::uint32_t label_of(Words words, const CtxGroup& group, std::uint32_t rank) const {
+    return labels_[cvr_ctx_field(words, group.list_at + rank * label_bits(), label_bits())];
+  }
+
+  std::uint32_t brick_, group_;
+  unsigned sampling_;
+  std::vector<std::uint32_t> labels_;  ///< of the volume, ascending
+  ContextModel model_;
+};
+
+void CtxFormat::write_tables(ByteWriter& out) const {
+  std::vector<std::uint32_t> words;
+  BitWriter bits(words);
+  write_labels(labels_, bits);
+  model_.write(bits);
+  out.append(std::as_bytes(std::span(words)));
+}
+
+Expected<void> CtxFormat::read_tables(ByteReader& in) {
+  const auto bytes = in.take(in.remaining());
+  std::vector<std::uint32_t> words(bytes.size() / 4);
+  std::memcpy(words.data(), bytes.data(), 4 * words.size());
+  BitReader bits(words);
+  if (!read_labels(bits, labels_)) return fail(ErrorCode::kMalformed, "tables: expected the ascending labels of the volume");
+  if (BrickError error = ContextModel::read(bits, model_)) return fail(ErrorCode::kMalformed, std::string("tables: ") + error);
+  return {};
+}
+
+void CtxFormat::put_reference(const CodedReference& reference, StreamEncoder& encoder) const {
+  if (!reference.coded()) return;
+  const unsigned width = reference.width();
+  std::uint32_t value = reference.value;
+  for (unsigned left = bits_below(width); left > 0;) {
+    const unsigned count = (left - 1) % kProbabilityBits + 1;  // the decoder takes as many as it can at a time, the last ones are fewest
+    encoder.put_bits(value & ((1u << count) - 1), count);
+    value >>= count;
+    left -= count;
+  }
+  encoder.put(model_.number(reference.kind()), width);
+}
+
+/// Codes a brick's stream at once; what needs the whole group waits for finish_group.
+void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vector<std::uint32_t>&, ByteBreakdown&) const {
+  auto& workspace = static_cast<GroupWorkspace&>(scratch);
+  BrickWalk& walk = workspace.walk;
+  walk.run(brick.grid, brick.validity);
+  StreamEncoder& encoder = workspace.encoder;
+  auto reference = walk.references().end();
+  for (std::size_t i = walk.events().size(); i-- > 0;) {
+    const Event event = walk.events()[i];
+    const std::uint32_t symbol = symbol_of(event);
+    if ((symbol & 7) == kDelta) put_reference(CodedReference(*--reference), encoder);
+    encoder.put(model_.distribution(model_.row(static_of(event), dynamic_of(event))), symbol);
+  }
+  const auto first = static_cast<std::uint32_t>(workspace.streams.size());
+  encoder.finish(workspace.streams);
+  workspace.bricks.push_back({static_cast<std::uint32_t>(workspace.labels.size()), static_cast<std::uint32_t>(walk.palette().size()),
+                              first, static_cast<std::uint32_t>(workspace.streams.size()) - first});
+  workspace.labels.insert(workspace.labels.end(), walk.palette().begin(), walk.palette().end());
+}
+
+void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const {
+  auto& workspace = static_cast<GroupWorkspace&>(scratch);
+  std::vector<std::uint32_t>& list = workspace.list;
+  list = workspace.labels;
+  std::ranges::sort(list);
+  list.erase(std::ranges::unique(list).begin(), list.end());
+  const auto place_in = [](const std::vector<std::uint32_t>& in, std::uint32_t label) {
+    return static_cast<std::uint32_t>(std::ranges::lower_bound(in, label) - in.begin());
+  };
+  std::uint32_t most_bytes = 0;
+  std::uint32_t most_entries = 2;
+  for (const GroupWorkspace::Brick& brick : workspace.bricks) {
+    most_bytes = std::max(most_bytes, brick.bytes);
+    most_entries = std::max(most_entries, brick.entries);
+  }
+  const auto size_bits = static_cast<unsigned>(std::bit_width(most_bytes));
+  const auto count_bits = static_cast<unsigned>(std::bit_width(most_entries - 2));
+  const unsigned rank_bits = bits_for(list.size());
+  const auto root = [&](std::size_t i) { return workspace.labels[workspace.bricks[i].first_entry]; };
+
+  const std::size_t first_word = words.size();
+  BitWriter out(words);
+  out.put(static_cast<std::uint32_t>(list.size() - 1), CVR_CTX_LABELS_BITS);
+  out.put(size_bits, CVR_CTX_SIZE_BITS);
+  out.put(count_bits, CVR_CTX_HEADER_BITS - CVR_CTX_LABELS_BITS - CVR_CTX_SIZE_BITS);
+  for (const GroupWorkspace::Brick& brick : workspace.bricks) out.put(brick.entries > 1 ? 1 : 0, 1);
+  const std::uint64_t palette_at = out.bits();
+  for (std::size_t i = 1; i < workspace.bricks.size(); ++i) out.put(root(i) != root(i - 1) ? 1 : 0, 1);
+  for (std::size_t i = 0; i < workspace.bricks.size(); ++i) {
+    if (i == 0 || root(i) != root(i - 1)) out.put(place_in(list, root(i)), rank_bits);
+  }
+  for (const std::uint32_t label : list) out.put(place_in(labels_, label), label_bits());
+  std::uint64_t palette_bits = out.bits() - palette_at;
+  for (const GroupWorkspace::Brick& brick : workspace.bricks) {
+    if (brick.entries == 1) continue;
+    out.put(brick.bytes, size_bits);
+    out.put(brick.entries - 2, count_bits);
+  }
+  const std::uint64_t entries_at = out.bits();
+  for (const GroupWorkspace::Brick& brick : workspace.bricks) {
+    for (std::uint32_t k = 1; k < brick.entries; ++k) out.put(place_in(list, workspace.labels[brick.first_entry + k]), rank_bits);
+  }
+  palette_bits += out.bits() - entries_at;
+
+  const std::size_t front = (out.bits() + 7) / 8;
+  words.resize(first_word + (front + workspace.streams.size() + 3) / 4);
+  std::memcpy(reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front, workspace.streams.data(), workspace.streams.size());
+  bytes[ByteClass::kPalette] += palette_bits / 8;
+  bytes[ByteClass::kHeader] += front - palette_bits / 8;
+  bytes[ByteClass::kOperations] += workspace.streams.size();
+  bytes[ByteClass::kPadding] += 4 * (words.size() - first_word) - front - workspace.streams.size();
+  workspace.bricks.clear();
+  workspace.labels.clear();
+  workspace.streams.clear();
+}
+
+BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uint32_t bricks, unsigned levels) const {
+  const std::uint64_t end = 32 * static_cast<std::uint64_t>(group_words.size());
+  // Texts address bits in 32 bits; no encoder comes near that.
+  if (end < CVR_CTX_HEADER_BITS + 2 * bricks || end > ~std::uint32_t{0}) return "the group is shorter than its header, or far too long";
+  const Words words{group_words.data()};
+  const std::uint32_t most_voxels = bricks * nodes_of_level(levels - 1);
+  if ((words.w[0] & ((1u << CVR_CTX_LABELS_BITS) - 1)) >= most_voxels) return "the group has more labels than voxels";
+  const CtxGroup group = cvr_ctx_group(words, bricks, label_bits());
+  if (group.records_at > end) return "the group is shorter than its list of labels";
+  for (std::uint32_t i = 0; i < group.labels; ++i) {
+    if (cvr_ctx_field(words, group.list_at + i * label_bits(), label_bits()) >= labels_.size()) return "a label is none of the volume's";
+  }
+  for (std::uint32_t at = group.roots_at; at < group.list_at; at += group.rank_bits) {
+    if (cvr_ctx_field(words, at, group.rank_bits) >= group.labels) return "a root is none of the group's labels";
+  }
+  BitReader in(group_words, group.records_at);
+  std::uint64_t entries = 0;
+  std::uint64_t bytes = 0;
+  for (std::uint32_t i = cvr_ctx_ones(words, group.several_at, bricks); i > 0; --i) {
+    bytes += in.get(group.size_bits);
+    entries += 1 + std::uint64_t{in.get(group.count_bits)};
+  }
+  if (in.failed() || entries > most_voxels) return "the group has more palette entries than voxels";
+  for (std::uint64_t i = 0; i < entries; ++i) {
+    if (in.get(group.rank_bits) >= group.labels) return "a palette entry is none of the group's labels";
+  }
+  if (in.failed() || ((in.position() + 7) / 8 + bytes + 3) / 4 != group_words.size()) return "the streams do not fill the group";
+  return nullptr;
+}
+
+/// Rebuilds one brick whose group was checked.
+class BrickRebuilder {
+ public:
+  BrickRebuilder(const ContextModel& model, std::span<const std::uint32_t> palette, std::span<const std::uint8_t> stream,
+                 const Validity& validity, BrickWorkspace& workspace)
+      : model_(model), palette_(palette), in_(stream), validity_(validity), grid_(workspace.grid), active_(workspace.active[0].data()),
+        next_(workspace.active[1].data()) {}
+
+  BrickError run(unsigned target);
+
+ private:
+  unsigned block(unsigned level, std::uint32_t n, unsigned valid);
+  std::uint32_t palette_label(unsigned operation);
+  std::uint32_t reference();
+
+  const ContextModel& model_;
+  std::span<const std::uint32_t> palette_;
+  StreamDecoder in_;
+  const Validity& validity_;
+  LabelGrid& grid_;
+  std::uint32_t* active_;
+  std::uint32_t* next_;
+  std::uint32_t in_use_ = 1;  ///< palette entries
+  bool bad_ = false;
+};
+
+/// Entries before the newest, of an operation "delta".
+std::uint32_t BrickRebuilder::reference() {
+  const std::uint32_t bound = in_use_ - 1;
+  if (bound < 2) return 1;
+  const unsigned width = in_.next(model_.number(number_class(bound)));
+  std::uint32_t value = width == 0 || width == kWide ? 0 : 1;
+  for (unsigned left = bits_below(width); left > 0;) {
+    const unsigned count = std::min(left, kProbabilityBits);
+    value = value << count | in_.bits(count);
+    left -= count;
+  }
+  return value + 1;
+}
+
+std::uint32_t BrickRebuilder::palette_label(unsigned operation) {
+  std::uint32_t entry = in_use_ - 1;
+  if (operation == kAdvance) {
+    bad_ |= in_use_ == palette_.size();
+    if (!bad_) entry = in_use_++;
+  } else if (operation == kDelta) {
+    const std::uint32_t distance = reference();
+    bad_ |= distance > entry;
+    if (!bad_) entry -= distance;
+  }
+  return palette_[entry];
+}
+
+/// The children of node n of a level; gives those with a stop bit.
+unsigned BrickRebuilder::block(unsigned level, std::uint32_t n, unsigned valid) {
+  std::uint32_t* nodes = grid_.labels(level + 1);
+  const Block block = Block::at(n, level, grid_.labels(level), nodes, nodes_of_level(level) - 1, validity_.whole(), validity_);
+  std::array<std::array<std::uint32_t, 8>, 4> choices;  // by operation: the parent's label, the candidates
+  Lanes::broadcast(block.parent).store(choices[kParent].data());
+  for (unsigned a = 0; a < 3; ++a) block.candidates[a].store(choices[kNeighbourX + a].data());
+  const std::uint32_t depth = depth_of(level + 1, grid_.levels()) << kDepth;
+  std::uint32_t last = palette_[in_use_ - 1];
+  const auto known = [&] {
+    const Lanes lanes = Lanes::broadcast(last);
+    return last == block.parent ? 0xffu
+                                : block.candidates[0].equal(lanes) | block.candidates[1].equal(lanes) | block.candidates[2].equal(lanes);
+  };
+  unsigned last_is_known = known();
+  std::uint32_t palette_state = (in_use_ == palette_.size() ? 1u : 0u) << kExhausted | (in_use_ == 1 ? 1u : 0u) << kSingle;
+  unsigned other = 0;  // children that do not have the parent's label
+  std::uint32_t newest = 0;
+  unsigned stops = 0;
+  for (unsigned left = valid; left != 0; left &= left - 1) {
+    const auto c = static_cast<unsigned>(std::countr_zero(left));
+    std::uint32_t dynamic = static_cast<std::uint32_t>(kEarlierBits[c][other]) << kEarlier | (last_is_known >> c & 1) << kLastIsKnown |
+                            palette_state;
+    if (other != 0) {
+      for (unsigned a = 0; a < 3; ++a) dynamic |= (choices[kNeighbourX + a][c] == newest ? 1u : 0u) << (kNewestIs + a);
+      dynamic |= (newest == last ? 1u : 0u) << kNewestIsLast;
+    }
+    const unsigned symbol = in_.next(model_.distribution(model_.row(block.static_bits(c) | depth, dynamic)));
+    const unsigned operation = symbol & 7;
+    stops |= symbol >> 3 << c;
+    std::uint32_t label;
+    if (operation < kAdvance) {
+      label = choices[operation][c];
+    } else {
+      label = palette_label(operation);
+      if (operation == kAdvance) {
+        last = label;
+        last_is_known = known();
+        palette_state = (in_use_ == palette_.size() ? 1u : 0u) << kExhausted;
+      }
+    }
+    const bool differs = label != block.parent;
+    bad_ |= differs != (operation != kParent);
+    other |= (differs ? 1u : 0u) << c;
+    if (differs) newest = label;
+    nodes[8 * n + c] = label;
+  }
+  return stops;
+}
+
+BrickError BrickRebuilder::run(unsigned target) {
+  const std::uint32_t root = palette_[0];
+  grid_.labels(0)[0] = root;
+  if (palette_.size() == 1) {
+    std::fill_n(grid_.labels(target), nodes_of_level(target), root);
+    return nullptr;
+  }
+  std::uint32_t count = 1;
+  active_[0] = 0;
+  for (unsigned level = 0; level < target; ++level) {
+    const bool finest = level + 2 == grid_.levels();
+    std::uint32_t next_count = 0;
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const std::uint32_t n = active_[k];
+      const unsigned valid = validity_.children(level, n);
+      const unsigned stops = block(level, n, valid);
+      if (finest) continue;
+      for (unsigned rest = stops; rest != 0; rest &= rest - 1) {
+        const std::uint32_t child = 8 * n + static_cast<std::uint32_t>(std::countr_zero(rest));
+        for (unsigned l = level + 2; l <= target; ++l) {
+          const std::uint32_t below = nodes_of_level(l - level - 1);
+          std::fill_n(grid_.labels(l) + std::size_t{child} * below, below, grid_.labels(level + 1)[child]);
+        }
+      }
+      for (unsigned open = valid & ~stops; open != 0; open &= open - 1) {
+        next_[next_count++] = 8 * n + static_cast<std::uint32_t>(std::countr_zero(open));
+      }
+    }
+    if (bad_) return "a symbol that no encoder writes";
+    std::swap(active_, next_);
+    count = next_count;
+  }
+  if (target + 1 == grid_.levels() && !in_.at_end()) return "the stream does not end with its last symbol";
+  return nullptr;
+}
+
+BrickError CtxFormat::unpack(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace) const {
+  const Words words{stored.words.data()};
+  const CtxGroup group = cvr_ctx_group(words, stored.bricks, label_bits());
+  const CtxBrick brick = cvr_ctx_brick(words, group, stored.member);
+  std::vector<std::uint32_t>& palette = workspace.palette;
+  palette.resize(brick.labels);
+  palette[0] = label_of(words, group, brick.root);
+  for (std::uint32_t k = 1; k < brick.labels; ++k) {
+    palette[k] = label_of(words, group, cvr_ctx_field(words, brick.entries_at + (k - 1) * group.rank_bits, group.rank_bits));
+  }
+  const std::span stream(reinterpret_cast<const std::uint8_t*>(words.w) + brick.stream_at, brick.bytes);
+  return BrickRebuilder(model_, palette, stream, validity, workspace).run(target);
+}
+
+}  // namespace
+
+const Codec& csgv_ctx_codec() {
+  static const BrickCodec kCodec = [] {
+    Traits traits = brick_traits("csgv-ctx", "csgv", "CSGV, symbols coded in their context: small at brick access", Granularity::kBrick);
+    ParameterSpec brick = brick_parameter();
+    brick.default_value = "16";
+    brick.choices = {8, 16, 32, 64};
+    return BrickCodec(traits,
+                      {brick,
+                       {.name = "sampling",
+                        .type = ParameterType::kInteger,
+                        .default_value = "2",
+                        .minimum = 1,
+                        .maximum = 64,
+                        .description = "the tables are fitted to every n-th brick an axis (less where that leaves under two million voxels)"}},
+                      [](const Parameters& parameters) { return std::make_unique<CtxFormat>(parameters); });
+  }();
+  return kCodec;
+}
+
+}  // namespace cvr::codecs

@@ -1,0 +1,444 @@
+#include "codecs/csgv_ctx/training.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+namespace cvr::codecs::csgv_ctx {
+
+namespace {
+
+using Entry = ContextCounts::Entry;
+
+/// Counts of the first N symbols: the finest level has but eight.
+template <std::size_t N>
+using Counts = std::array<std::uint32_t, N>;
+
+/// A context, or several that agree on the bits that matter.
+template <std::size_t N>
+struct Sample {
+  std::uint32_t context;
+  Counts<N> symbols;
+};
+
+/// Description lengths in units of 2^-12 bits.
+using Cost = std::int64_t;
+constexpr unsigned kCostBits = 12;
+constexpr Cost bits(Cost count) { return count << kCostBits; }
+
+// What a tree's description costs: measured as a whole it is close to this on real volumes.
+constexpr Cost kSplit = bits(5);   ///< the split and its bit
+constexpr Cost kLeaf = bits(8);    ///< the leaf and its distribution
+constexpr Cost kFewest = bits(48); ///< what costs less is not split further
+constexpr Cost kSymbol = bits(3);  ///< each further symbol of a leaf, with half the logarithm of its count
+
+constexpr unsigned kIterations = 4;     ///< of the clustering
+constexpr std::size_t kLeavesARow = 16; ///< leaves for each distribution, about
+
+/// log2 of 1..2^12 in units of 2^-12, by repeated squaring.
+const std::array<std::uint16_t, 4097>& log_table() {
+  static const auto kTable = [] {
+    std::array<std::uint16_t, 4097> table{};
+    for (std::uint32_t n = 1; n <= 4096; ++n) {
+      const auto whole = static_cast<unsigned>(std::bit_width(n)) - 1;
+      std::uint64_t x = (std::uint64_t{n} << 31) >> whole;  // in [1, 2), 31 bits below the point
+      std::uint32_t fraction = 0;
+      for (unsigned i = 0; i < kCostBits; ++i) {
+        x = x * x >> 31;
+        fraction <<= 1;
+        if (x >> 32 != 0) {
+          fraction |= 1;
+          x >>= 1;
+        }
+      }
+      table[n] = static_cast<std::uint16_t>(whole << kCostBits | fraction);
+    }
+    return table;
+  }();
+  return kTable;
+}
+
+/// log2(n), n >= 1; larger ones are interpolated.
+Cost log2_of(std::uint64_t n) {
+  static const auto& table = log_table();
+  if (n <= 4096) return table[n];
+  const auto shift = static_cast<unsigned>(std::bit_width(n)) - 12;
+  const std::uint64_t high = n >> shift;
+  const Cost step = table[high + 1] - table[high];
+  return bits(shift) + table[high] + (step * static_cast<Cost>((n >> (shift - 1)) & 1) >> 1);
+}
+
+Cost n_log_n(std::uint64_t n) { return n == 0 ? 0 : static_cast<Cost>(n) * log2_of(n); }
+
+/// Bits that the symbols take with a distribution of their own, and that the distribution takes.
+template <std::size_t N>
+Cost cost_of(const Counts<N>& counts) {
+  std::uint64_t total = 0;
+  Cost sum = 0;
+  for (const std::uint32_t n : counts) {
+    if (n == 0) continue;
+    total += n;
+    sum += kSymbol + log2_of(n) / 2 - n_log_n(n);
+  }
+  return total == 0 ? 0 : sum - kSymbol + n_log_n(total) - log2_of(total) / 2;
+}
+
+template <std::size_t N>
+void add_to(Counts<N>& sum, const Counts<N>& counts) {
+  for (unsigned s = 0; s < N; ++s) sum[s] += counts[s];
+}
+
+/// Grows one pair of trees. Leaves of second trees name their counts in `leaves`.
+template <std::size_t N>
+class TreeGrower {
+ public:
+  using Entries = std::span<Sample<N>>;
+
+  explicit TreeGrower(ContextTrees& trees) : trees_(trees), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
+
+  /// `entries`: by ascending static bits.
+  void grow(const std::vector<Entry>& entries, unsigned static_bits) {
+    // The first tree sees the static bits alone: contexts that agree on them are one.
+    std::vector<Sample<N>> statics;
+    for (const Entry& entry : entries) {
+      Sample<N> sample{entry.context, {}};
+      std::copy_n(entry.symbols.begin(), N, sample.symbols.begin());
+      all_.push_back(sample);
+      sample.context = static_of(entry.context);
+      if (statics.empty() || statics.back().context != sample.context) {
+        first_[sample.context] = static_cast<std::uint32_t>(all_.size() - 1);
+        statics.push_back(sample);
+      } else {
+        add_to(statics.back().symbols, sample.symbols);
+      }
+    }
+    Cost cost = 0;
+    trees_.root = split_static(statics, (1u << static_bits) - 1, cost);
+  }
+
+  std::vector<Counts<N>> leaves;
+
+ private:
+  struct Split {
+    int bit = -1;
+    std::uint32_t useful = 0;  ///< bits in which the entries differ
+  };
+  static constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
+
+  /// The bit, of those in `asked`, that shortens the description most. `sum`: of all entries.
+  static Split best_split(Entries entries, const Counts<N>& sum, std::uint32_t asked) {
+    Split best;
+    Cost least = 0;
+    std::uint32_t all = ~std::uint32_t{0};
+    std::uint32_t any = 0;
+    for (const Sample<N>& entry : entries) {
+      all &= entry.context;
+      any |= entry.context;
+    }
+    best.useful = asked & any & ~all;
+    for (std::uint32_t rest = best.useful; rest != 0; rest &= rest - 1) {
+      const auto bit = static_cast<unsigned>(std::countr_zero(rest));
+      Counts<N> ones{};
+      for (const Sample<N>& entry : entries) {
+        const std::uint32_t mask = 0u - (entry.context >> bit & 1);
+        for (unsigned s = 0; s < N; ++s) ones[s] += entry.symbols[s] & mask;
+      }
+      Counts<N> zeros;
+      for (unsigned s = 0; s < N; ++s) zeros[s] = sum[s] - ones[s];
+      const Cost cost = cost_of(zeros) + cost_of(ones);
+      if (best.bit < 0 || cost < least) {
+        least = cost;
+        best.bit = static_cast<int>(bit);
+      }
+    }
+    return best;
+  }
+
+  static Counts<N> total_of(Entries entries) {
+    Counts<N> sum{};
+    for (const Sample<N>& entry : entries) add_to(sum, entry.symbols);
+    return sum;
+  }
+
+  /// Moves the entries with that bit to the end.
+  static std::array<Entries, 2> partition(Entries entries, unsigned bit) {
+    const auto middle = std::partition(entries.begin(), entries.end(), [bit](const Sample<N>& e) { return (e.context >> bit & 1) == 0; });
+    return {Entries{entries.begin(), middle}, Entries{middle, entries.end()}};
+  }
+
+  std::uint32_t add_node(const TreeNode& node) {
+    trees_.nodes.push_back(node);
+    return static_cast<std::uint32_t>(trees_.nodes.size() - 1);
+  }
+
+  /// What a subtree has added, which can be taken back, the last first.
+  struct Mark {
+    std::size_t nodes, leaves;
+  };
+  Mark mark() const { return {trees_.nodes.size(), leaves.size()}; }
+  void take_back(const Mark& mark) {
+    trees_.nodes.resize(mark.nodes);
+    leaves.resize(mark.leaves);
+  }
+
+  /// `entries` are static contexts. Grown by what they cost alone; where a split gave two classes that cost less as one, it is taken back.
+  std::uint32_t split_static(Entries entries, std::uint32_t asked, Cost& cost) {
+    const Counts<N> sum = total_of(entries);
+    const Cost leaf = cost_of(sum) + kLeaf;
+    const Split split = leaf < kFewest ? Split{} : best_split(entries, sum, asked);
+    if (split.bit < 0) {
+      ++classes_;
+      return one_class(entries, cost);
+    }
+    const Mark before = mark();
+    const std::size_t classes = classes_;
+    const auto sides = partition(entries, static_cast<unsigned>(split.bit));
+    TreeNode node{split.bit, {}};
+    std::array<Cost, 2> costs{};
+    for (const unsigned side : {0u, 1u}) node.next[side] = split_static(sides[side], split.useful & ~(1u << split.bit), costs[side]);
+    cost = kSplit + costs[0] + costs[1];
+    if (classes_ - classes > 2 && cost < leaf) return add_node(node);
+    const std::vector<TreeNode> nodes(trees_.nodes.begin() + static_cast<std::ptrdiff_t>(before.nodes), trees_.nodes.end());
+    const std::vector<Counts<N>> counts(leaves.begin() + static_cast<std::ptrdiff_t>(before.leaves), leaves.end());
+    take_back(before);
+    Cost whole = 0;
+    const std::uint32_t root = one_class(entries, whole);
+    if (whole <= cost) {
+      classes_ = classes + 1;
+      cost = whole;
+      return root;
+    }
+    take_back(before);
+    trees_.nodes.insert(trees_.nodes.end(), nodes.begin(), nodes.end());
+    leaves.insert(leaves.end(), counts.begin(), counts.end());
+    return add_node(node);
+  }
+
+  /// A leaf of the first tree with its second tree, which sees the dynamic bits alone.
+  std::uint32_t one_class(Entries statics, Cost& cost) {
+    std::vector<Sample<N>> entries;
+    for (const Sample<N>& one : statics) {
+      for (std::size_t i = first_[one.context]; i < all_.size() && static_of(all_[i].context) == one.context; ++i) {
+        const std::uint32_t dynamic = dynamic_of(all_[i].context);
+        if (place_[dynamic] == kNowhere) {
+          place_[dynamic] = static_cast<std::uint32_t>(entries.size());
+          entries.push_back({dynamic, {}});
+        }
+        add_to(entries[place_[dynamic]].symbols, all_[i].symbols);
+      }
+    }
+    for (const Sample<N>& entry : entries) place_[entry.context] = kNowhere;
+    class_bits_ = 0;
+    const std::uint32_t root = split_dynamic(entries, (1u << kDynamicBits) - 1, cost);
+    cost += bits(1);
+    return add_node({-1, {root, 0}});
+  }
+
+  std::uint32_t split_dynamic(Entries entries, std::uint32_t asked, Cost& cost) {
+    const Counts<N> sum = total_of(entries);
+    const Cost leaf = cost_of(sum) + kLeaf;
+    const Mark before = mark();
+    const std::uint32_t bits_before = class_bits_;
+    if (leaf >= kFewest) {
+      if (std::popcount(class_bits_) >= static_cast<int>(kMostDynamic)) asked &= class_bits_;
+      const Split split = best_split(entries, sum, asked);
+      if (split.bit >= 0) {
+        class_bits_ |= 1u << split.bit;
+        const auto sides = partition(entries, static_cast<unsigned>(split.bit));
+        TreeNode node{split.bit, {}};
+        std::array<Cost, 2> costs{};
+        // The larger side chooses the bits of the class first.
+        const unsigned larger = sides[1].size() > sides[0].size() ? 1 : 0;
+        for (const unsigned side : {larger, 1 - larger}) {
+          node.next[side] = split_dynamic(sides[side], split.useful & ~(1u << split.bit), costs[side]);
+        }
+        cost = kSplit + costs[0] + costs[1];
+        if (cost < leaf) return add_node(node);
+        take_back(before);
+        class_bits_ = bits_before;
+      }
+    }
+    cost = leaf;
+    leaves.push_back(sum);
+    return add_node({-1, {static_cast<std::uint32_t>(leaves.size() - 1), 0}});
+  }
+
+  ContextTrees& trees_;
+  std::vector<Sample<N>> all_;  ///< by ascending static bits
+  std::array<std::uint32_t, std::size_t{1} << kStaticBits> first_{};  ///< of all_, for each static context
+  std::vector<std::uint32_t> place_;  ///< of one_class: where each dynamic context is
+  std::size_t classes_ = 0;
+  std::uint32_t class_bits_ = 0;  ///< dynamic bits of the class that is grown
+};
+
+/// Few distributions for many leaves (k-means by description length, farthest first).
+template <std::size_t N>
+class Clustering {
+ public:
+  Clustering(std::span<const Counts<N>> leaves, std::uint32_t possible) : leaves_(leaves), possible_(possible) {
+    const std::size_t count = std::min<std::size_t>({leaves.size(), kMostRows, std::bit_ceil(leaves.size() / kLeavesARow + 4)});
+    nearest.assign(leaves.size(), 0);
+    begin(count);
+    for (unsigned i = 0; i < kIterations; ++i) {
+      refit();
+      assign();
+    }
+    refit();
+    drop_unused();
+  }
+  std::vector<Distribution> distributions;
+  std::vector<std::uint32_t> nearest;  ///< distribution of each leaf
+
+ private:
+  using Lengths = std::array<Cost, N>;
+  /// Bits of each symbol.
+  static Lengths lengths_of(const Distribution& distribution) {
+    Lengths lengths{};
+    for (unsigned s = 0; s < N; ++s) {
+      if (distribution.frequency[s] > 0) lengths[s] = bits(kProbabilityBits) - log2_of(distribution.frequency[s]);
+    }
+    return lengths;
+  }
+  static Cost cost(const Counts<N>& counts, const Lengths& lengths) {
+    Cost sum = 0;
+    for (unsigned s = 0; s < N; ++s) sum += counts[s] * lengths[s];
+    return sum;
+  }
+  static std::array<std::uint64_t, kSymbols> widened(const Counts<N>& counts) {
+    std::array<std::uint64_t, kSymbols> wide{};
+    std::ranges::copy(counts, wide.begin());
+    return wide;
+  }
+
+  void begin(std::size_t count) {
+    std::vector<Cost> best(leaves_.size());
+    std::vector<Cost> own(leaves_.size());
+    std::size_t pick = 0;
+    std::uint64_t most = 0;
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+      own[i] = cost(leaves_[i], lengths_of(fit_distribution(widened(leaves_[i]), possible_)));
+      std::uint64_t total = 0;
+      for (const std::uint32_t n : leaves_[i]) total += n;
+      if (total > most) {
+        most = total;
+        pick = i;
+      }
+    }
+    while (distributions.size() < count) {
+      distributions.push_back(fit_distribution(widened(leaves_[pick]), possible_));
+      const Lengths lengths = lengths_of(distributions.back());
+      Cost worst = -1;
+      for (std::size_t i = 0; i < leaves_.size(); ++i) {
+        const Cost here = cost(leaves_[i], lengths);
+        if (distributions.size() == 1 || here < best[i]) {
+          best[i] = here;
+          nearest[i] = static_cast<std::uint32_t>(distributions.size() - 1);
+        }
+        if (best[i] - own[i] > worst) {
+          worst = best[i] - own[i];
+          pick = i;
+        }
+      }
+    }
+  }
+
+  void refit() {
+    std::vector<std::array<std::uint64_t, kSymbols>> sums(distributions.size());
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+      for (unsigned s = 0; s < N; ++s) sums[nearest[i]][s] += leaves_[i][s];
+    }
+    for (std::size_t k = 0; k < sums.size(); ++k) distributions[k] = fit_distribution(sums[k], possible_);
+  }
+
+  void assign() {
+    std::vector<Lengths> lengths;
+    for (const Distribution& d : distributions) lengths.push_back(lengths_of(d));
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+      Cost least = cost(leaves_[i], lengths[nearest[i]]);
+      for (std::uint32_t k = 0; k < lengths.size(); ++k) {
+        const Cost here = cost(leaves_[i], lengths[k]);
+        if (here < least) {
+          least = here;
+          nearest[i] = k;
+        }
+      }
+    }
+  }
+
+  void drop_unused() {
+    std::vector<std::uint32_t> place(distributions.size(), 0);
+    for (const std::uint32_t k : nearest) place[k] = 1;
+    std::uint32_t kept = 0;
+    for (std::size_t k = 0; k < place.size(); ++k) {
+      if (place[k] == 0) continue;
+      distributions[kept] = distributions[k];
+      place[k] = kept++;
+    }
+    distributions.resize(kept);
+    for (std::uint32_t& k : nearest) k = place[k];
+  }
+
+  std::span<const Counts<N>> leaves_;
+  std::uint32_t possible_;
+};
+
+/// Makes the counts that the leaves of second trees name into distributions.
+void name_distributions(ContextTrees& trees, std::uint32_t node, bool is_static, std::span<const std::uint32_t> distributions) {
+  TreeNode& at = trees.nodes[node];
+  if (at.bit >= 0) {
+    for (const std::uint32_t next : at.next) name_distributions(trees, next, is_static, distributions);
+  } else if (is_static) {
+    name_distributions(trees, at.next[0], false, distributions);
+  } else {
+    at.next[0] = distributions[at.next[0]];
+  }
+}
+
+template <std::size_t N>
+ContextTrees grow_trees(const std::vector<Entry>& entries, unsigned static_bits, std::uint32_t possible) {
+  ContextTrees trees;
+  const auto grower = std::make_unique<TreeGrower<N>>(trees);
+  grower->grow(entries, static_bits);
+  Clustering<N> clusters(grower->leaves, possible);
+  name_distributions(trees, trees.root, true, clusters.nearest);
+  trees.distributions = std::move(clusters.distributions);
+  return trees;
+}
+
+}  // namespace
+
+void ContextCounts::merge(const ContextCounts& other) {
+  for (const Entry& entry : other.table_) {
+    if (entry.total == 0) continue;
+    auto& symbols = count(entry.context, entry.total);
+    for (unsigned s = 0; s < kSymbols; ++s) symbols[s] += entry.symbols[s];
+  }
+}
+
+std::vector<Entry> ContextCounts::entries(unsigned pair) const {
+  std::vector<Entry> found;
+  for (const Entry& entry : table_) {
+    if (entry.total > 0 && (static_of(entry.context) >> kDepth != 0) == (pair == 1)) found.push_back(entry);
+  }
+  std::ranges::sort(found, {}, [](const Entry& e) { return std::pair(static_of(e.context), dynamic_of(e.context)); });
+  return found;
+}
+
+void ContextCounts::grow() {
+  std::vector<Entry> old(2 * table_.size());
+  std::swap(old, table_);
+  used_ = 0;
+  for (const Entry& entry : old) {
+    if (entry.total > 0) count(entry.context, entry.total) = entry.symbols;
+  }
+}
+
+ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers) {
+  std::array<ContextTrees, 2> trees{grow_trees<8>(contexts.entries(0), kDepth, kPossible[0]),
+                                    grow_trees<kSymbols>(contexts.entries(1), kStaticBits, kPossible[1])};
+  std::array<Distribution, kNumberKinds> widths{};
+  for (unsigned kind = 0; kind < kNumberKinds; ++kind) widths[kind] = fit_distribution(numbers[kind], 0xffff);
+  return ContextModel(std::move(trees), widths);
+}
+
+}  // namespace cvr::codecs::csgv_ctx
