@@ -44,12 +44,23 @@ template <class T>
 void DistinctLabels::add(unsigned worker, std::span<const T> labels) {
   if (labels.empty()) return;
   Worker& own = workers_[worker];
+  constexpr std::size_t kAtOnce = 32 / sizeof(T);
   T last = labels[0];
   own.note(last);
-  for (const T label : labels) {
-    if (label == last) continue;
-    last = label;
-    own.note(label);
+  for (std::size_t i = 0; i < labels.size();) {
+    if (i + kAtOnce <= labels.size()) {
+      T differs = 0;
+      for (std::size_t k = 0; k < kAtOnce; ++k) differs |= static_cast<T>(labels[i + k] ^ last);
+      if (differs == 0) {
+        i += kAtOnce;
+        continue;
+      }
+    }
+    for (const std::size_t end = std::min(i + kAtOnce, labels.size()); i < end; ++i) {
+      if (labels[i] == last) continue;
+      last = labels[i];
+      own.note(last);
+    }
   }
 }
 

@@ -103,7 +103,8 @@ class CtxFormat final : public BrickFormat {
   BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks, unsigned levels) const override;
   BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override;
   Expected<void> describe_to_gpu(const BrickLayout&, unsigned, GpuEncoding& encoding) const override {
-    describe_tables(model_, labels_, label_bits(), encoding);
+    describe_tables(model_, labels_, group_, label_bits(), encoding);
+    encoding.brick_loops += group_ * group_ * group_;  // records of a group
     return {};
   }
 

@@ -1,4 +1,4 @@
-// What a GPU needs of the tables of `csgv-ctx` (shaders/decode/csgv_ctx.glsl reads them).
+// What a GPU needs of the tables of `csgv-ctx` (shaders/shared/csgv_ctx.glsl reads them).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,9 @@
 
 namespace cvr::codecs::csgv_ctx {
 
-/// Names text and constants, and adds the buffers "labels" (of the volume, ascending) and "tables".
-void describe_tables(const ContextModel& model, std::span<const std::uint32_t> labels, unsigned label_bits, GpuEncoding& encoding);
+/// Names text and constants, and adds the codes and the buffers "labels" (of the volume, ascending) and "tables".
+/// group: bricks a side of a group; label_bits: of the place of a label among all.
+void describe_tables(const ContextModel& model, std::span<const std::uint32_t> labels, std::uint32_t group, unsigned label_bits,
+                     GpuEncoding& encoding);
 
 }  // namespace cvr::codecs::csgv_ctx

@@ -416,11 +416,21 @@ void ContextCounts::merge(const ContextCounts& other) {
 }
 
 std::vector<Entry> ContextCounts::entries(unsigned pair) const {
-  std::vector<Entry> found;
+  std::vector<std::uint32_t> next(std::size_t{1} << kStaticBits);  // place of the next entry of each static context
+  const auto of_pair = [pair](const Entry& entry) { return entry.total > 0 && (static_of(entry.context) >> kDepth != 0) == (pair == 1); };
   for (const Entry& entry : table_) {
-    if (entry.total > 0 && (static_of(entry.context) >> kDepth != 0) == (pair == 1)) found.push_back(entry);
+    if (of_pair(entry)) ++next[static_of(entry.context)];
   }
-  std::ranges::sort(found, {}, [](const Entry& e) { return std::pair(static_of(e.context), dynamic_of(e.context)); });
+  std::uint32_t count = 0;
+  for (std::uint32_t& place : next) {
+    const std::uint32_t here = place;
+    place = count;
+    count += here;
+  }
+  std::vector<Entry> found(count);
+  for (const Entry& entry : table_) {
+    if (of_pair(entry)) found[next[static_of(entry.context)]++] = entry;
+  }
   return found;
 }
 

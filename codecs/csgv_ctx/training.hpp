@@ -30,7 +30,7 @@ class ContextCounts {
   ContextCounts() : table_(std::size_t{1} << 10) {}
   void add(Event event) { ++count(event & kContext, 1)[symbol_of(event)]; }
   void merge(const ContextCounts& other);
-  /// Entries of one pair of trees, by ascending context.
+  /// Entries of one pair of trees, by ascending static bits; those that agree on them in any order.
   std::vector<Entry> entries(unsigned pair) const;
 
  private:

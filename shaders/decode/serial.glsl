@@ -1,13 +1,7 @@
 // cvr_decode_brick for the CSGV families. One of the CVR_SERIAL_* sources of symbols is defined before this text, and
 // CVR_SERIAL_STOP_BITS (wavelet) or CVR_SERIAL_DELTA (nibble, rANS).
+#include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgv_serial.glsl"
-
-// Voxels of a brick along an axis that lie inside the volume.
-CVR_FUNC uint cvr_brick_valid(uint brick, uint extent) {
-  uint rest = extent - (brick << uint(CVR_BRICK_SHIFT));
-  uint edge = 1u << uint(CVR_BRICK_SHIFT);
-  return rest < edge ? rest : edge;
-}
 
 CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
   uvec3 extent = cvr_extent();
@@ -19,9 +13,9 @@ CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
   serial.palette_size = cvr_brick_palette_size(palette);
   serial.stop_bits = bool(CVR_SERIAL_STOP_BITS);
   serial.delta = bool(CVR_SERIAL_DELTA);
-  serial.valid_x = cvr_brick_valid(brick.x, extent.x);
-  serial.valid_y = cvr_brick_valid(brick.y, extent.y);
-  serial.valid_z = cvr_brick_valid(brick.z, extent.z);
+  serial.valid_x = cvr_brick_valid(brick.x, extent.x, uint(CVR_BRICK_SHIFT));
+  serial.valid_y = cvr_brick_valid(brick.y, extent.y, uint(CVR_BRICK_SHIFT));
+  serial.valid_z = cvr_brick_valid(brick.z, extent.z, uint(CVR_BRICK_SHIFT));
 #ifdef CVR_SERIAL_RANS
   cvr_serial_decode(palette, cvr_brick_words(palette), CVR_BUFFER(2), serial, labels);
 #else

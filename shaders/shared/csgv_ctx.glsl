@@ -1,5 +1,6 @@
-// A group of bricks of `csgv-ctx`: where each brick's palette and stream lie (codecs/csgv_ctx/FORMAT.md, "Groups").
+// `csgv-ctx`: where the parts of a group of bricks lie, and the serial decoder of one brick (codecs/csgv_ctx/FORMAT.md).
 //
+// A group:
 // Bit fields from the group's first word on, first bit in the least significant place:
 //   [18: labels - 1][5: s, bits of a size][5: c, bits of a count]
 //   [a bit for each brick: 1 = it has more than one label][a bit for each brick but the first: 1 = its root is not that of the brick before]
@@ -102,6 +103,225 @@ CVR_FUNC CtxBrick cvr_ctx_brick(Words words, CtxGroup group, uint m) {
   brick.entries_at = entries_at + group.rank_bits * entries;
   brick.stream_at = (entries_at + group.rank_bits * all_entries + 7u) / 8u + bytes;
   return brick;
+}
+
+// Place of the k-th palette entry in the group's list.
+CVR_FUNC uint cvr_ctx_entry(Words words, CtxGroup group, CtxBrick brick, uint k) {
+  return k == 0u ? brick.root : cvr_ctx_field(words, brick.entries_at + (k - 1u) * group.rank_bits, group.rank_bits);
+}
+
+// Where the tables of the volume lie in their buffer, in words:
+//   0           2^14 classes: bits 0..13 the dynamic bits that the class asks for, from 14 on its first row
+//   rows_at     distributions of the rows, a byte each
+//   slots_at    512 words a distribution: the symbol of each of its 4096 slots, a nibble each
+//   symbols_at  16 words a distribution: first slot of a symbol | frequency << 16
+struct CtxTables {
+  uint rows_at;
+  uint slots_at;
+  uint symbols_at;
+  uint numbers;     // first distribution of references
+  uint label_bits;
+};
+
+struct CtxStream {
+  uint state;
+  uint next;  // byte
+  uint end;
+};
+
+#define CVR_CTX_DYNAMIC_BITS 14u
+#define CVR_CTX_PROBABILITY_BITS 12u
+#define CVR_CTX_MOST_ASKED 7u  // dynamic bits of a class
+#define CVR_CTX_WIDE 15u       // from this width on numbers have CVR_CTX_WIDE_BITS bits
+#define CVR_CTX_WIDE_BITS 24u
+#define CVR_CTX_NUMBER_KINDS 8u
+
+CVR_FUNC CtxStream cvr_ctx_begin(Words words, uint at, uint bytes) {
+  CtxStream stream;
+  stream.state = 0u;
+  stream.next = at;
+  stream.end = at + bytes;
+  uint length = bytes < 4u ? bytes : 4u - (bytes & 1u);
+  CVR_UNROLL for (uint i = 0u; i < 4u; ++i) {
+    if (i >= length) break;
+    stream.state |= ((cvr_read(words, stream.next >> 2) >> (8u * (stream.next & 3u))) & 255u) << (8u * i);
+    stream.next += 1u;
+  }
+  return stream;
+}
+
+CVR_FUNC void cvr_ctx_advance(Words words, uint frequency, uint place, CVR_INOUT(CtxStream) stream) {
+  stream.state = frequency * (stream.state >> CVR_CTX_PROBABILITY_BITS) + place;
+  if (stream.state < 0x10000u && stream.next != stream.end) {
+    uint word = cvr_read(words, stream.next >> 2) >> (8u * (stream.next & 3u));
+    if ((stream.next & 3u) == 3u) word |= cvr_read(words, (stream.next >> 2) + 1u) << 8;
+    stream.state = (stream.state << 16) | (word & 0xffffu);
+    stream.next += 2u;
+  }
+}
+
+CVR_FUNC uint cvr_ctx_symbol(Words words, Global tables, CtxTables at, uint distribution, CVR_INOUT(CtxStream) stream) {
+  uint slot = stream.state & ((1u << CVR_CTX_PROBABILITY_BITS) - 1u);
+  uint symbol = (cvr_read_global(tables, at.slots_at + 512u * distribution + (slot >> 3)) >> (4u * (slot & 7u))) & 15u;
+  uint range = cvr_read_global(tables, at.symbols_at + 16u * distribution + symbol);
+  cvr_ctx_advance(words, range >> 16, slot - (range & 0xffffu), stream);
+  return symbol;
+}
+
+// The distribution of a symbol in its context.
+CVR_FUNC uint cvr_ctx_distribution(Global tables, CtxTables at, uint static_bits, uint dynamic_bits) {
+  uint of_class = cvr_read_global(tables, static_bits);
+  uint asked = of_class & ((1u << CVR_CTX_DYNAMIC_BITS) - 1u);
+  uint row = of_class >> CVR_CTX_DYNAMIC_BITS;
+  CVR_UNROLL for (uint k = 0u; k < CVR_CTX_MOST_ASKED; ++k) {
+    uint lowest = asked & (0u - asked);
+    row += (dynamic_bits & lowest) != 0u ? 1u << k : 0u;
+    asked ^= lowest;
+  }
+  return (cvr_read_global(tables, at.rows_at + (row >> 2)) >> (8u * (row & 3u))) & 255u;
+}
+
+// Entries before the newest that a reference means; `in_use` >= 2 entries are in use.
+CVR_FUNC uint cvr_ctx_reference(Words words, Global tables, CtxTables at, uint in_use, CVR_INOUT(CtxStream) stream) {
+  uint bound = in_use - 1u;
+  if (bound < 2u) return 1u;
+  uint kind = cvr_ctx_bits_for(bound) - 1u;
+  uint width = cvr_ctx_symbol(words, tables, at, at.numbers + (kind < CVR_CTX_NUMBER_KINDS ? kind : CVR_CTX_NUMBER_KINDS - 1u), stream);
+  uint value = width == 0u || width == CVR_CTX_WIDE ? 0u : 1u;
+  uint left = width == CVR_CTX_WIDE ? CVR_CTX_WIDE_BITS : (width > 0u ? width - 1u : 0u);
+  CVR_UNROLL for (uint part = 0u; part < 2u; ++part) {
+    uint count = left < CVR_CTX_PROBABILITY_BITS ? left : CVR_CTX_PROBABILITY_BITS;
+    if (count > 0u) {
+      uint rest = CVR_CTX_PROBABILITY_BITS - count;
+      uint slot = stream.state & ((1u << CVR_CTX_PROBABILITY_BITS) - 1u);
+      value = (value << count) | (slot >> rest);
+      cvr_ctx_advance(words, 1u << rest, slot & ((1u << rest) - 1u), stream);
+      left -= count;
+    }
+  }
+  return value + 1u;
+}
+
+// What a brick is decoded from. `words`: of its group.
+struct CtxDecoding {
+  CtxGroup group;
+  CtxBrick brick;
+  CtxTables tables;
+  uint levels;   // L
+  uint target;   // the level to decode, 0 the coarsest
+  uint valid_x;  // voxels of the brick inside the volume along each axis, 1 .. 2^(L-1)
+  uint valid_y;
+  uint valid_z;
+};
+
+CVR_FUNC uint cvr_ctx_label(Words words, Global volume_labels, CtxDecoding d, uint entry) {
+  uint place = cvr_ctx_entry(words, d.group, d.brick, entry);
+  return cvr_read_global(volume_labels, cvr_ctx_field(words, d.group.list_at + place * d.tables.label_bits, d.tables.label_bits));
+}
+
+// The child number without the bit of an axis.
+CVR_FUNC uint cvr_ctx_without(uint c, uint axis) { return (c & ((1u << axis) - 1u)) | ((c >> (axis + 1u)) << axis); }
+
+// Decodes one brick: label codes of the nodes of level d.target, in Morton order. It works in place, as cvr_serial_decode does
+// (shaders/shared/csgv_serial.glsl): node n of a level that is k levels above the target keeps its label at n * 8^k and, for k > 0,
+// whether an ancestor or itself carries a stop bit at n * 8^k + 1.
+CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels) {
+  uint last = cvr_ctx_label(words, volume_labels, d, 0u);
+  bool constant = d.brick.labels == 1u;
+  cvr_store(labels, 0u, last);
+  if (d.target > 0u) cvr_store(labels, 1u, constant ? 1u : 0u);
+  CtxStream stream = cvr_ctx_begin(words, d.brick.stream_at, d.brick.bytes);
+  uint in_use = 1u;
+  for (uint l = 1u; l <= d.target; ++l) {
+    uint shift = 3u * (d.target - l);
+    uint inside = (1u << (3u * (l - 1u))) - 1u;
+    uint below = d.levels - 1u - l;
+    uint depth = (below < 3u ? below : 3u) << 12;
+    SerialLimits limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below);
+    SerialLimits parent_limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below + 1u);
+    for (uint n = 0u; n <= inside; ++n) {
+      uint at = n << (shift + 3u);
+      uint parent = cvr_load(labels, at);
+      bool stopped = cvr_load(labels, at + 1u) != 0u || !cvr_serial_is_inside(parent_limits, n);
+      // Candidates: children at 1 of an axis have one in common, children at 0 each their own.
+      uint above[3];
+      uint near[12];
+      uint none_above = 0u;
+      uint none_near = 0u;
+      CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+        uint mask = CVR_MORTON_X << a;
+        uint next = cvr_morton_plus(n, a) & inside;
+        bool after = (n & mask) != (mask & inside) && cvr_serial_is_inside(parent_limits, next);
+        bool before = (n & mask) != 0u;
+        none_above |= after ? 0u : 1u << a;
+        none_near |= before ? 0u : 1u << a;
+        above[a] = parent;
+        if (after && !stopped) above[a] = cvr_load(labels, next << (shift + 3u));
+        CVR_UNROLL for (uint j = 0u; j < 4u; ++j) {
+          uint c = (j & ((1u << a) - 1u)) | ((j >> a) << (a + 1u));
+          near[4u * a + j] = parent;
+          if (before && !stopped) near[4u * a + j] = cvr_load(labels, cvr_morton_minus(8u * n + c, a) << shift);
+        }
+      }
+      uint other = 0u;  // children that do not have the parent's label
+      uint newest = 0u;
+      CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
+        uint child = 8u * n + c;
+        uint label = parent;
+        uint stop = stopped ? 1u : 0u;
+        if (!stopped && cvr_serial_is_inside(limits, child)) {
+          uint candidates[3];
+          CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+            candidates[a] = ((c >> a) & 1u) == 1u ? above[a] : near[4u * a + cvr_ctx_without(c, a)];
+          }
+          uint static_bits = (c << 9) | depth;
+          uint dynamic_bits = 0u;
+          CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+            bool high = ((c >> a) & 1u) == 1u;
+            bool differs = candidates[a] != parent;
+            uint none = ((high ? none_above : none_near) >> a) & 1u;
+            uint across = high ? near[4u * a + cvr_ctx_without(c, a)] : above[a];
+            static_bits |= (differs ? 1u : 0u) << a;
+            static_bits |= (differs ? (candidates[a] == candidates[(a + 1u) % 3u] ? 1u : 0u) : none) << (3u + a);
+            static_bits |= (across != parent ? 1u : 0u) << (6u + a);
+            dynamic_bits |= (other != 0u && candidates[a] == newest ? 1u : 0u) << (7u + a);
+          }
+          CVR_UNROLL for (uint k = 1u; k < 8u; ++k) {
+            if ((c ^ k) < c) dynamic_bits |= ((other >> (c ^ k)) & 1u) << (k - 1u);
+          }
+          bool known = last == parent || last == candidates[0] || last == candidates[1] || last == candidates[2];
+          dynamic_bits |= (other != 0u && newest == last ? 1u : 0u) << 10;
+          dynamic_bits |= (known ? 1u : 0u) << 11;
+          dynamic_bits |= (in_use == d.brick.labels ? 1u : 0u) << 12;
+          dynamic_bits |= (in_use == 1u ? 1u : 0u) << 13;
+          uint symbol = cvr_ctx_symbol(words, tables, d.tables, cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
+          uint operation = symbol & 7u;
+          stop = symbol >> 3;
+          label = operation == CVR_OP_NEIGHBOUR_X ? candidates[0] : label;
+          label = operation == CVR_OP_NEIGHBOUR_Y ? candidates[1] : label;
+          label = operation == CVR_OP_NEIGHBOUR_Z ? candidates[2] : label;
+          if (operation >= CVR_OP_ADVANCE) {
+            if (operation == CVR_OP_DELTA) {
+              uint back = in_use < 2u ? 0u : cvr_ctx_reference(words, tables, d.tables, in_use, stream);
+              label = cvr_ctx_label(words, volume_labels, d, back < in_use ? in_use - 1u - back : 0u);
+            } else {
+              if (operation == CVR_OP_ADVANCE && in_use < d.brick.labels) {
+                last = cvr_ctx_label(words, volume_labels, d, in_use);
+                in_use += 1u;
+              }
+              label = last;
+            }
+          }
+          if (label != parent) {
+            other |= 1u << c;
+            newest = label;
+          }
+        }
+        cvr_store(labels, child << shift, label);
+        if (shift > 0u) cvr_store(labels, (child << shift) + 1u, stop);
+      }
+    }
+  }
 }
 
 #endif

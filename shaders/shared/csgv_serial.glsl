@@ -180,26 +180,6 @@ CVR_FUNC uint cvr_symbols_next(Words words, bool stop_bits, CVR_INOUT(SymbolCurs
 #if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_RANS)
 #define CVR_SERIAL_CSGV  // no symbols outside the volume, and deltas
 
-// The first code beyond the volume along each axis, of a level whose nodes cover 2^below voxels a side.
-struct SerialLimits {
-  uint x;
-  uint y;
-  uint z;
-};
-
-CVR_FUNC SerialLimits cvr_serial_limits(SerialBrick brick, uint below) {
-  SerialLimits limits;
-  limits.x = cvr_morton_spread(((brick.valid_x - 1u) >> below) + 1u);
-  limits.y = cvr_morton_spread(((brick.valid_y - 1u) >> below) + 1u) << 1;
-  limits.z = cvr_morton_spread(((brick.valid_z - 1u) >> below) + 1u) << 2;
-  return limits;
-}
-
-// Spread bits are in the order of the coordinates.
-CVR_FUNC bool cvr_serial_is_inside(SerialLimits limits, uint n) {
-  return (n & CVR_MORTON_X) < limits.x && (n & (CVR_MORTON_X << 1)) < limits.y && (n & (CVR_MORTON_X << 2)) < limits.z;
-}
-
 // The digits after a delta operation: how far before the newest palette entry the meant one is, minus one.
 CVR_FUNC uint cvr_serial_distance(CVR_SERIAL_MEMORY, SerialBrick brick, CVR_INOUT(SymbolCursor) cursor) {
   uint distance = 0u;
@@ -239,7 +219,7 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
     if (l + 1u == brick.levels) cvr_symbols_begin_finest(words, brick, cursor);
 #endif
 #ifdef CVR_SERIAL_CSGV
-    SerialLimits limits = cvr_serial_limits(brick, brick.levels - 1u - l);
+    SerialLimits limits = cvr_serial_limits(brick.valid_x, brick.valid_y, brick.valid_z, brick.levels - 1u - l);
 #endif
     uint shift = 3u * (brick.target - l);
     uint inside = (1u << (3u * (l - 1u))) - 1u;

@@ -11,8 +11,9 @@ namespace cvr::shaders {
 #include "shaders/shared/bit_vector.glsl"
 #include "shaders/shared/morton.glsl"
 
-#include "shaders/shared/csgv_ctx.glsl"
+#include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgvr.glsl"
+#include "shaders/shared/csgv_ctx.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"

@@ -99,6 +99,16 @@ namespace csgv_rans {
 #undef CVR_SERIAL_STOP_BITS
 #undef CVR_SERIAL_DELTA
 
+#define CVR_CTX_GROUP_SHIFT bound.constant("CVR_CTX_GROUP_SHIFT")
+#define CVR_CTX_LABEL_BITS bound.constant("CVR_CTX_LABEL_BITS")
+#define CVR_CTX_ROWS_AT bound.constant("CVR_CTX_ROWS_AT")
+#define CVR_CTX_SLOTS_AT bound.constant("CVR_CTX_SLOTS_AT")
+#define CVR_CTX_SYMBOLS_AT bound.constant("CVR_CTX_SYMBOLS_AT")
+#define CVR_CTX_NUMBERS bound.constant("CVR_CTX_NUMBERS")
+namespace csgv_ctx {
+#include "shaders/decode/csgv_ctx.glsl"
+}  // namespace csgv_ctx
+
 namespace csgvr {
 #define CVR_CSGVR_STOP_BITS bound.constant("CVR_CSGVR_STOP_BITS")
 #include "shaders/decode/csgvr.glsl"
@@ -144,6 +154,7 @@ Entry entry_of(const Bindings& b) {
     return b.constant("CVR_CSGV_RANS") != 0 ? CVR_ENTRY(csgv_rans, nullptr, csgv_rans::cvr_decode_brick)
                                             : CVR_ENTRY(csgv_nibble, nullptr, csgv_nibble::cvr_decode_brick);
   }
+  if (name == "csgv_ctx") return CVR_ENTRY(csgv_ctx, nullptr, csgv_ctx::cvr_decode_brick);
   if (name == "csgvr") return CVR_CELL_ENTRY(csgvr, csgvr::cvr_decode_brick);
   if (name == "csgvr_nibble") return CVR_CELL_ENTRY(csgvr_nibble, csgvr_nibble::cvr_decode_brick);
   throw std::logic_error("no such decoder text: " + std::string(name));

@@ -1,0 +1,69 @@
+// `csgv-ctx`: whole bricks in one sweep; no access to single nodes.
+//
+// Buffers: 0 starts   first word of each group and the end, groups x fastest
+//          1 bricks   the groups
+//          2 labels   of the volume, ascending
+//          3 tables   see CtxTables
+// Constants: CVR_CTX_GROUP_SHIFT log2 of the bricks a side of a group; CVR_CTX_LABEL_BITS; CVR_CTX_ROWS_AT, CVR_CTX_SLOTS_AT,
+// CVR_CTX_SYMBOLS_AT, CVR_CTX_NUMBERS: see CtxTables.
+#include "shaders/shared/brick_limits.glsl"
+#include "shaders/shared/csgv_ctx.glsl"
+
+struct CtxPlace {
+  Global words;  // of the group
+  CtxGroup group;
+  CtxBrick brick;
+};
+
+CVR_FUNC CtxPlace cvr_ctx_place(uvec3 brick) {
+  uvec3 grid = cvr_grid();
+  uint shift = uint(CVR_CTX_GROUP_SHIFT);
+  uint edge = 1u << shift;
+  uvec3 groups = (grid + (edge - 1u)) >> shift;
+  uvec3 at = brick >> shift;
+  uvec3 bricks = min(grid - (at << shift), uvec3(edge, edge, edge));
+  uvec3 inside = brick & (edge - 1u);
+  CtxPlace place;
+  place.words = CVR_BUFFER_AT(1, uint64_t(cvr_read_global(CVR_BUFFER(0), at.x + groups.x * (at.y + groups.y * at.z))));
+  place.group = cvr_ctx_group(place.words, bricks.x * bricks.y * bricks.z, uint(CVR_CTX_LABEL_BITS));
+  place.brick = cvr_ctx_brick(place.words, place.group, inside.x + bricks.x * (inside.y + bricks.y * inside.z));
+  return place;
+}
+
+CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place) {
+  CtxDecoding decoding;
+  decoding.group = place.group;
+  decoding.brick = place.brick;
+  decoding.tables.rows_at = uint(CVR_CTX_ROWS_AT);
+  decoding.tables.slots_at = uint(CVR_CTX_SLOTS_AT);
+  decoding.tables.symbols_at = uint(CVR_CTX_SYMBOLS_AT);
+  decoding.tables.numbers = uint(CVR_CTX_NUMBERS);
+  decoding.tables.label_bits = uint(CVR_CTX_LABEL_BITS);
+  return decoding;
+}
+
+CVR_FUNC uint cvr_decode_root(uvec3 brick) {
+  CtxPlace place = cvr_ctx_place(brick);
+  return cvr_ctx_label(place.words, CVR_BUFFER(2), cvr_ctx_decoding(place), 0u);
+}
+
+CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
+  CtxPlace place = cvr_ctx_place(brick);
+  CtxDecoding decoding = cvr_ctx_decoding(place);
+  for (uint i = part; i < place.brick.labels; i += 1u << uint(CVR_BRICK_SHIFT)) {
+    if (cvr_code_visible(cvr_ctx_label(place.words, CVR_BUFFER(2), decoding, i))) return true;
+  }
+  return false;
+}
+
+CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
+  uvec3 extent = cvr_extent();
+  CtxPlace place = cvr_ctx_place(brick);
+  CtxDecoding decoding = cvr_ctx_decoding(place);
+  decoding.levels = uint(CVR_LEVELS);
+  decoding.target = uint(CVR_BRICK_SHIFT) - lod;
+  decoding.valid_x = cvr_brick_valid(brick.x, extent.x, uint(CVR_BRICK_SHIFT));
+  decoding.valid_y = cvr_brick_valid(brick.y, extent.y, uint(CVR_BRICK_SHIFT));
+  decoding.valid_z = cvr_brick_valid(brick.z, extent.z, uint(CVR_BRICK_SHIFT));
+  cvr_ctx_decode(place.words, CVR_BUFFER(2), CVR_BUFFER(3), decoding, labels);
+}
