@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
 #include "volumes/parallel.hpp"
 
@@ -44,14 +45,16 @@ template <class T>
 void DistinctLabels::add(unsigned worker, std::span<const T> labels) {
   if (labels.empty()) return;
   Worker& own = workers_[worker];
-  constexpr std::size_t kAtOnce = 32 / sizeof(T);
+  // Eight bytes of the same label are skipped at once.
+  constexpr std::size_t kAtOnce = 8 / sizeof(T);
+  constexpr std::uint64_t kEach = ~std::uint64_t{0} / static_cast<T>(~T{0});
   T last = labels[0];
   own.note(last);
   for (std::size_t i = 0; i < labels.size();) {
     if (i + kAtOnce <= labels.size()) {
-      T differs = 0;
-      for (std::size_t k = 0; k < kAtOnce; ++k) differs |= static_cast<T>(labels[i + k] ^ last);
-      if (differs == 0) {
+      std::uint64_t chunk;
+      std::memcpy(&chunk, &labels[i], sizeof chunk);
+      if (chunk == last * kEach) {
         i += kAtOnce;
         continue;
       }

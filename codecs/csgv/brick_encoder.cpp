@@ -168,8 +168,8 @@ void BrickEncoder::number_labels() {
   if (const std::size_t remapped = remap_.labels().size(); remapped > 0) {
     for (std::uint32_t i = 0; i < remapped; ++i) stored.push_back(i);
   } else {
-    DistinctLabels distinct(threads_);
     const Extent& e = layout_.extent;
+    DistinctLabels distinct(threads_);
     for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
       const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
       const std::uint64_t bytes = e.x * e.y * depth * size_of(source_.info().type);

@@ -22,7 +22,7 @@ using shaders::Words;
 
 constexpr std::uint32_t kGroupVoxels = 64;  ///< voxels a side of a group, but at most
 constexpr std::uint32_t kGroupBricks = 4;   ///< so many bricks a side
-constexpr std::uint32_t kFewVoxels = 1u << 21;  ///< tables fitted to fewer would know too little
+constexpr std::uint32_t kFewVoxels = 1u << 18;  ///< tables fitted to fewer would know too little
 
 /// Bits that number `count` >= 1 things.
 unsigned bits_for(std::uint64_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
@@ -37,6 +37,18 @@ struct CodedReference {
 };
 /// Bits that follow a width.
 constexpr unsigned bits_below(unsigned width) { return width == kWide ? kWideBits : width > 0 ? width - 1 : 0; }
+
+/// What trees may ask for, by the parameter "contexts": each choice adds to the one before.
+constexpr std::array<std::string_view, 5> kContexts{"level", "neighbours", "siblings", "labels", "all"};
+ContextBits context_bits(std::string_view choice) {
+  constexpr std::uint32_t kLevel = 3u << kDepth;
+  constexpr std::uint32_t kNeighbours = kLevel | 7u << kChild | 7u << kDiffers | 7u << kSameOrNone;
+  constexpr std::uint32_t kSiblings = 0x7fu << kEarlier;
+  constexpr std::uint32_t kLabels = kSiblings | 7u << kNewestIs | 1u << kNewestIsLast;
+  const auto given = std::ranges::find(kContexts, choice) - kContexts.begin();
+  if (given == 4) return {};
+  return {.statics = given == 0 ? kLevel : kNeighbours, .dynamics = given < 2 ? 0 : given == 2 ? kSiblings : kLabels};
+}
 
 class ContextStatistics final : public BrickStatistics {
  public:
@@ -80,7 +92,7 @@ class CtxFormat final : public BrickFormat {
  public:
   explicit CtxFormat(const Parameters& parameters)
       : brick_(static_cast<std::uint32_t>(parameters.integer("brick"))), group_(std::min(kGroupVoxels / brick_, kGroupBricks)),
-        sampling_(static_cast<unsigned>(parameters.integer("sampling"))) {}
+        sampling_(static_cast<unsigned>(parameters.integer("sampling"))), contexts_(context_bits(parameters.text("contexts"))) {}
 
   OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = true}; }
   bool wants_operations() const override { return false; }
@@ -91,7 +103,7 @@ class CtxFormat final : public BrickFormat {
   std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ContextStatistics>(); }
   void fit(const BrickStatistics& statistics) override {
     const auto& counts = static_cast<const ContextStatistics&>(statistics);
-    model_ = train(counts.contexts, counts.numbers);
+    model_ = train(counts.contexts, counts.numbers, contexts_);
   }
   void write_tables(ByteWriter& out) const override;
   Expected<void> read_tables(ByteReader& in) override;
@@ -117,6 +129,7 @@ class CtxFormat final : public BrickFormat {
 
   std::uint32_t brick_, group_;
   unsigned sampling_;
+  ContextBits contexts_;
   std::vector<std::uint32_t> labels_;  ///< of the volume, ascending
   ContextModel model_;
 };
@@ -426,7 +439,13 @@ const Codec& csgv_ctx_codec() {
                         .default_value = "2",
                         .minimum = 1,
                         .maximum = 64,
-                        .description = "the tables are fitted to every n-th brick an axis (less where that leaves under two million voxels)"}},
+                        .description = "the tables are fitted to every n-th brick an axis (less where that leaves under 2^18 voxels)"},
+                       {.name = "contexts",
+                        .type = ParameterType::kText,
+                        .default_value = "all",
+                        .names = {kContexts.begin(), kContexts.end()},
+                        .description = "what symbols are conditioned on, each with what stands before it: the level; the neighbours' labels; "
+                                       "which siblings differ; whether their label is a neighbour's; siblings' neighbours and the palette"}},
                       [](const Parameters& parameters) { return std::make_unique<CtxFormat>(parameters); });
   }();
   return kCodec;

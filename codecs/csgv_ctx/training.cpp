@@ -94,10 +94,10 @@ class TreeGrower {
  public:
   using Entries = std::span<Sample<N>>;
 
-  explicit TreeGrower(ContextTrees& trees) : trees_(trees), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
+  TreeGrower(ContextTrees& trees, const ContextBits& bits) : trees_(trees), bits_(bits), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
 
   /// `entries`: by ascending static bits.
-  void grow(const std::vector<Entry>& entries, unsigned static_bits) {
+  void grow(const std::vector<Entry>& entries) {
     // The first tree sees the static bits alone: contexts that agree on them are one.
     std::vector<Sample<N>> statics;
     for (const Entry& entry : entries) {
@@ -113,7 +113,7 @@ class TreeGrower {
       }
     }
     Cost cost = 0;
-    trees_.root = split_static(statics, (1u << static_bits) - 1, cost);
+    trees_.root = split_static(statics, bits_.statics, cost);
   }
 
   std::vector<Counts<N>> leaves;
@@ -229,7 +229,7 @@ class TreeGrower {
     }
     for (const Sample<N>& entry : entries) place_[entry.context] = kNowhere;
     class_bits_ = 0;
-    const std::uint32_t root = split_dynamic(entries, (1u << kDynamicBits) - 1, cost);
+    const std::uint32_t root = split_dynamic(entries, bits_.dynamics, cost);
     cost += bits(1);
     return add_node({-1, {root, 0}});
   }
@@ -264,6 +264,7 @@ class TreeGrower {
   }
 
   ContextTrees& trees_;
+  ContextBits bits_;
   std::vector<Sample<N>> all_;  ///< by ascending static bits
   std::array<std::uint32_t, std::size_t{1} << kStaticBits> first_{};  ///< of all_, for each static context
   std::vector<std::uint32_t> place_;  ///< of one_class: where each dynamic context is
@@ -395,10 +396,10 @@ void name_distributions(ContextTrees& trees, std::uint32_t node, bool is_static,
 }
 
 template <std::size_t N>
-ContextTrees grow_trees(const std::vector<Entry>& entries, unsigned static_bits, std::uint32_t possible) {
+ContextTrees grow_trees(const std::vector<Entry>& entries, const ContextBits& bits, std::uint32_t possible) {
   ContextTrees trees;
-  const auto grower = std::make_unique<TreeGrower<N>>(trees);
-  grower->grow(entries, static_bits);
+  const auto grower = std::make_unique<TreeGrower<N>>(trees, bits);
+  grower->grow(entries);
   Clustering<N> clusters(grower->leaves, possible);
   name_distributions(trees, trees.root, true, clusters.nearest);
   trees.distributions = std::move(clusters.distributions);
@@ -443,9 +444,9 @@ void ContextCounts::grow() {
   }
 }
 
-ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers) {
-  std::array<ContextTrees, 2> trees{grow_trees<8>(contexts.entries(0), kDepth, kPossible[0]),
-                                    grow_trees<kSymbols>(contexts.entries(1), kStaticBits, kPossible[1])};
+ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers, const ContextBits& bits) {
+  std::array<ContextTrees, 2> trees{grow_trees<8>(contexts.entries(0), bits, kPossible[0]),
+                                    grow_trees<kSymbols>(contexts.entries(1), bits, kPossible[1])};
   std::array<Distribution, kNumberKinds> widths{};
   for (unsigned kind = 0; kind < kNumberKinds; ++kind) widths[kind] = fit_distribution(numbers[kind], 0xffff);
   return ContextModel(std::move(trees), widths);

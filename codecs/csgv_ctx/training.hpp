@@ -62,6 +62,11 @@ class ContextCounts {
 /// How often each width of a number occurs.
 using NumberCounts = std::array<std::array<std::uint64_t, kSymbols>, kNumberKinds>;
 
-ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers);
+/// The bits of a context that trees may ask for.
+struct ContextBits {
+  std::uint32_t statics = (1u << kStaticBits) - 1, dynamics = (1u << kDynamicBits) - 1;
+};
+
+ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers, const ContextBits& bits);
 
 }  // namespace cvr::codecs::csgv_ctx
