@@ -22,6 +22,8 @@ std::string_view name_of(ByteClass byte_class) {
   return kNames[static_cast<std::size_t>(byte_class)];
 }
 
+Expected<std::optional<std::uint64_t>> Decoder::entropy_bytes(unsigned) const { return std::nullopt; }
+
 Expected<GpuEncoding> Decoder::gpu_encoding(std::uint32_t, unsigned) const {
   return fail(ErrorCode::kUnsupported, "this codec has no decoder for the GPU");
 }

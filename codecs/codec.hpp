@@ -169,6 +169,9 @@ class Decoder {
   /// What a lossy encoder measured on its own output and the payload carries: its promise, which every decoding must keep
   /// (to 1e-6 of the value). Of lossless codecs none.
   virtual std::optional<RecordedError> recorded_error() const { return std::nullopt; }
+  /// What the operations and stop bits would take if they were coded at the empirical entropy of the codec's own model (its contexts
+  /// and alphabets, its tables for nothing), in bytes. None where the codec has no entropy coder of its own. Decodes the volume.
+  virtual Expected<std::optional<std::uint64_t>> entropy_bytes(unsigned threads) const;
   /// What a GPU needs to decode this stream in bricks of `brick` voxels a side; 0: the codec's own edge, or 32 where it has none.
   /// Buffers may view the payload or the decoder. Errors: kUnsupported (no decoder text), kBadArgument (a codec with bricks serves
   /// no other edge; the others serve powers of two, 2..64), kMalformed (bytes that the texts could not be trusted with).

@@ -62,6 +62,16 @@ Reading from_any(const LineContext& line, const char* pointer, int digits) {
   return any ? std::string(kUnsupported) : "";
 }
 
+/// Of codecs with an entropy coder of their own; the others say nothing.
+Reading entropy_gap(const LineContext& line) {
+  return from_stage(line, Stage::kEncode, [](const Row& row) -> Reading {
+    const auto entropy = number_at(row, "/size/entropy_bytes");
+    if (!entropy || *entropy == 0) return "";
+    const double stored = number_at(row, "/size/breakdown/operations").value_or(0) + number_at(row, "/size/breakdown/stop_bits").value_or(0);
+    return reading_of(100.0 * (stored / *entropy - 1.0), 2);
+  });
+}
+
 std::vector<double> samples_of(const Row& row, const char* pointer) {
   const Pointer at(pointer);
   return row.contains(at) ? row.at(at).get<std::vector<double>>() : std::vector<double>{};
@@ -89,10 +99,10 @@ Reading speed(const LineContext& line, Stage stage, const char* pointer, int dig
   return reading;
 }
 
-Reading access_time(const LineContext& line, std::string_view points) {
+Reading access_time(const LineContext& line, std::string_view points, int lod = 0) {
   return from_stage(line, Stage::kRandomAccess, [&](const Row& row) -> Reading {
     for (const Row& series : row.value("access", Row::array())) {
-      if (series.value("points", "") != points || series.value("lod", 1) != 0) continue;
+      if (series.value("points", "") != points || series.value("lod", -1) != lod) continue;
       if (const auto value = number_at(series, "/ns_per_voxel/median"))
         return timed(reading_of(*value, 1), samples_of(series, "/ns_per_voxel/samples"));
     }
@@ -200,6 +210,9 @@ std::span<const Metric> voxel_metrics() {
       {"rate", "file rate %",
        "bytes of the whole file / bytes of the original in its stored type, in percent",
        [](L l) { return from_any(l, "/size/rate", 3); }},
+      {"entropy_gap", "above entropy %",
+       "what operations and stop bits take above the empirical entropy of the codec's own contexts and alphabets, percent",
+       [](L l) { return entropy_gap(l); }},
       {"bits_per_voxel", "bits/voxel", "bits of the whole file a voxel",
        [](L l) { return from_any(l, "/size/bits_per_voxel", 4); }},
       {"gpu_bits_per_voxel", "GPU bits/voxel", "bits a voxel of all buffers that a GPU decodes a lossy codec's volume from",
@@ -272,6 +285,14 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return access_time(l, "uniform"); }},
       {"access_clustered_ns", "clustered ns", "median ns a voxel, points along rays, finest level",
        [](L l) { return access_time(l, "clustered"); }},
+      {"access_uniform_lod3_ns", "access ns, level 3", "median ns a voxel, uniform points, level of detail 3",
+       [](L l) { return access_time(l, "uniform", 3); }},
+      {"access_clustered_lod3_ns", "clustered ns, level 3", "median ns a voxel, points along rays, level of detail 3",
+       [](L l) { return access_time(l, "clustered", 3); }},
+      {"access_by", "access by", "what is decoded to answer a point: the voxel, or the brick it lies in (unless it is that of the point before)",
+       [](L l) { return from_stage(l, Stage::kRandomAccess, [](const Row& row) { return Reading(row.value("access_by", "")); }); }, false},
+      {"access_front", "front", "*: no other line of the data set is smaller and faster at uniform points",
+       [](L l) { return Reading(l.on_access_front ? "*" : ""); }, false},
       {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
        [](L l) { return access_time(l, "one-label"); }},
       {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
@@ -297,6 +318,13 @@ std::optional<RatePoint> rate_point(const LineContext& line) {
   const auto psnr = number_at(*row, "/error/psnr_db");
   if (!bits || (!psnr && !is_exact(*row))) return std::nullopt;
   return RatePoint{*bits, psnr.value_or(std::numeric_limits<double>::infinity())};
+}
+
+std::optional<RatePoint> access_point(const LineContext& line) {
+  const auto bits = from_any(line, "/size/bits_per_voxel", 4).number;
+  const auto ns = access_time(line, "uniform").number;
+  if (!bits || !ns) return std::nullopt;
+  return RatePoint{*bits, -*ns};
 }
 
 std::span<const Metric> all_metrics() {

@@ -23,6 +23,7 @@ struct LineContext {
   const PublishedFigure* published = nullptr;
   bool pseudo = false;  ///< a line of memcpy: has no size
   bool on_front = false;  ///< no line of the same data set has fewer bits and a higher PSNR
+  bool on_access_front = false;  ///< ... fewer bits and faster access to uniform points
 };
 
 struct Metric {
@@ -35,6 +36,9 @@ struct Metric {
 
 /// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok knows both.
 std::optional<RatePoint> rate_point(const LineContext& line);
+
+/// Bits a voxel of the line and, as its quality, minus the ns that a uniform point of the finest level takes.
+std::optional<RatePoint> access_point(const LineContext& line);
 
 std::span<const Metric> all_metrics();
 const Metric* find_metric(std::string_view name);

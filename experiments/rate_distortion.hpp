@@ -16,7 +16,7 @@ namespace cvr::experiments {
 
 struct RatePoint {
   double bits_per_voxel;  ///< > 0
-  double psnr_db;         ///< infinity where exact
+  double psnr_db;         ///< infinity where exact; or what else is the better the larger it is
 };
 
 /// Whether each point is worth having: no other has at most its bits and at least its PSNR, one of both strictly. Of equal points all are.

@@ -184,14 +184,14 @@ std::string render_latex(const Table& table) {
 
 using Published = std::optional<PublishedTable>;
 
-/// For each line, whether it is on the front of its data set.
-std::vector<bool> find_front(const std::vector<TableLine>& lines) {
+/// For each line, whether it is on the front of its data set, of the points that `point` reads.
+std::vector<bool> find_front(const std::vector<TableLine>& lines, std::optional<RatePoint> (*point)(const LineContext&)) {
   std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<RatePoint>>> by_dataset;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (const auto point = rate_point(context_of(lines[i], {}))) {
+    if (const auto found = point(context_of(lines[i], {}))) {
       auto& [indices, points] = by_dataset[lines[i].cell->dataset->name];
       indices.push_back(i);
-      points.push_back(*point);
+      points.push_back(*found);
     }
   }
   std::vector<bool> on_front(lines.size());
@@ -205,11 +205,13 @@ std::vector<bool> find_front(const std::vector<TableLine>& lines) {
 void fill_columns(const TableSpec& spec, const std::vector<TableLine>& lines, const Published& published,
                   Table& table) {
   for (const std::string& column : spec.columns) table.headings.emplace_back(find_metric(column)->heading);
-  const std::vector<bool> on_front = find_front(lines);
+  const std::vector<bool> on_front = find_front(lines, rate_point);
+  const std::vector<bool> on_access_front = find_front(lines, access_point);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const TableLine& line = lines[i];
     LineContext context = context_of(line, published);
     context.on_front = on_front[i];
+    context.on_access_front = on_access_front[i];
     std::vector<std::string> cells;
     for (const std::string& key : spec.rows) cells.push_back(label_of(*line.cell, key));
     for (const std::string& column : spec.columns) cells.push_back(find_metric(column)->read(context).text);

@@ -14,6 +14,38 @@ namespace {
 
 using volumes::parallel_for;
 
+/// Workspaces of single bricks, which are as large as what they are for: kept from call to call.
+class WorkspacePool {
+ public:
+  class Lent {
+   public:
+    Lent(WorkspacePool& pool, std::unique_ptr<BrickWorkspace> workspace) : pool_(pool), workspace_(std::move(workspace)) {}
+    Lent(const Lent&) = delete;
+    Lent& operator=(const Lent&) = delete;
+    ~Lent() {
+      const std::scoped_lock lock(pool_.mutex_);
+      pool_.free_.push_back(std::move(workspace_));
+    }
+    BrickWorkspace& operator*() const { return *workspace_; }
+
+   private:
+    WorkspacePool& pool_;
+    std::unique_ptr<BrickWorkspace> workspace_;
+  };
+
+  Lent take(std::uint32_t brick) {
+    const std::scoped_lock lock(mutex_);
+    if (free_.empty()) return {*this, std::make_unique<BrickWorkspace>(brick)};
+    auto workspace = std::move(free_.back());
+    free_.pop_back();
+    return {*this, std::move(workspace)};
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<BrickWorkspace>> free_;
+};
+
 class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAccess {
  public:
   BrickDecoder(const VolumeInfo& info, BrickLayout layout, std::span<const std::uint64_t> remap,
@@ -29,6 +61,7 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
   Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const override;
   Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const override;
   Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override;
+  Expected<std::optional<std::uint64_t>> entropy_bytes(unsigned threads) const override;
   Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
     return csgv::gpu_encoding(layout_, remap_, *format_, brick, threads);
   }
@@ -51,6 +84,7 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
   BrickLayout layout_;
   std::span<const std::uint64_t> remap_;
   std::unique_ptr<BrickFormat> format_;
+  mutable WorkspacePool pool_;
 };
 
 /// Writes a brick's voxels of a level to `out`, rows and planes that many voxels apart.
@@ -116,9 +150,9 @@ Expected<void> BrickDecoder::decode_brick(const Coordinate& brick, unsigned lod,
     return fail(ErrorCode::kBadArgument, fmt::format("brick ({}, {}, {}): outside the grid of {}", brick.x, brick.y, brick.z,
                                                      to_string(layout_.grid)));
   }
-  BrickWorkspace workspace(layout_.brick);
+  const WorkspacePool::Lent workspace = pool_.take(layout_.brick);
   const BrickExtent nodes = Validity(layout_.brick, layout_.brick_extent(brick)).nodes(layout_.levels - 1 - lod);
-  if (BrickError error = decode_to(brick, lod, out, nodes.x, std::uint64_t{nodes.x} * nodes.y, workspace)) {
+  if (BrickError error = decode_to(brick, lod, out, nodes.x, std::uint64_t{nodes.x} * nodes.y, *workspace)) {
     return tl::unexpected(malformed(layout_.index(brick), error));
   }
   return {};
@@ -135,6 +169,24 @@ Expected<void> BrickDecoder::at(std::span<const Coordinate> points, unsigned lod
     label = remap_[label];
   }
   return {};
+}
+
+Expected<std::optional<std::uint64_t>> BrickDecoder::entropy_bytes(unsigned threads) const {
+  if (!format_->has_entropy()) return std::nullopt;
+  threads = std::max(1u, threads);
+  std::vector<std::unique_ptr<BrickWorkspace>> workspaces(threads);
+  std::vector<SymbolTally> tallies(threads);
+  std::atomic<BrickError> wrong = nullptr;
+  const Extent& grid = layout_.grid;
+  parallel_for(threads, grid.voxels(), [&](unsigned w, std::uint64_t i) {
+    if (!workspaces[w]) workspaces[w] = std::make_unique<BrickWorkspace>(layout_.brick);
+    const Coordinate brick{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)};
+    const Validity validity(layout_.brick, layout_.brick_extent(brick));
+    if (BrickError error = format_->tally(layout_.stored(brick), validity, *workspaces[w], tallies[w])) wrong = error;
+  });
+  if (wrong != nullptr) return fail(ErrorCode::kMalformed, wrong.load());
+  for (unsigned w = 1; w < threads; ++w) tallies[0].merge(tallies[w]);
+  return static_cast<std::uint64_t>(tallies[0].entropy_bits() / 8);
 }
 
 template <class T>

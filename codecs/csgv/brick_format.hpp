@@ -13,6 +13,7 @@
 #include "codecs/csgv/label_grid.hpp"
 #include "codecs/csgv/operations.hpp"
 #include "codecs/csgv/reconstruct.hpp"
+#include "codecs/csgv/symbol_tally.hpp"
 
 namespace cvr::codecs::csgv {
 
@@ -113,6 +114,9 @@ class BrickFormat {
   virtual void finish_group(PackWorkspace&, std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
   /// Rebuilds the levels 0..target of workspace.grid; of levels below the target only what the target needs.
   virtual BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const = 0;
+  /// Formats with an entropy coder count the symbols of a brick's operations; the others have no entropy of their own.
+  virtual bool has_entropy() const { return false; }
+  virtual BrickError tally(const StoredBrick&, const Validity&, BrickWorkspace&, SymbolTally&) const { return nullptr; }
   /// Checks what unpack() and at() rely on; formats without voxel access may leave it to unpack().
   virtual BrickError check(std::span<const std::uint32_t> /*group*/, std::uint32_t /*bricks*/, unsigned /*levels*/) const {
     return nullptr;

@@ -19,14 +19,20 @@ using entropy::RansTable;
 /// A Reader for Reconstruction over the two streams.
 class RansReader {
  public:
-  RansReader(const std::array<RansTable, 2>& tables, std::span<const std::uint8_t> coarse, std::span<const std::uint8_t> fine)
-      : tables_(tables), fine_(fine), decoder_(tables[0], coarse) {}
+  /// tally: counts the symbols, or nullptr.
+  RansReader(const std::array<RansTable, 2>& tables, std::span<const std::uint8_t> coarse, std::span<const std::uint8_t> fine,
+             SymbolTally* tally)
+      : tables_(tables), fine_(fine), decoder_(tables[0], coarse), tally_(tally) {}
   void begin_level(unsigned, bool finest) {
     if (finest) decoder_ = RansDecoder(tables_[1], fine_);
+    finest_ = finest;
   }
   bool take(unsigned count, std::uint64_t& codes) {
     codes = 0;
     for (unsigned c = 0; c < count; ++c) codes |= std::uint64_t{decoder_.next()} << (8 * c);
+    if (tally_ != nullptr) {
+      for (unsigned c = 0; c < count; ++c) tally_->add(finest_ ? 1 : 0, codes >> (8 * c) & 0xff);
+    }
     return !decoder_.failed();
   }
 
@@ -34,6 +40,8 @@ class RansReader {
   const std::array<RansTable, 2>& tables_;
   std::span<const std::uint8_t> fine_;
   RansDecoder decoder_;
+  SymbolTally* tally_;
+  bool finest_ = false;
 };
 
 /// How often each symbol occurs: [0] in all coarse levels, [1] in the finest.
@@ -116,21 +124,12 @@ class RansFormat final : public BrickFormat {
   }
 
   BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
-    const auto words = brick.words;
-    const unsigned levels = workspace.grid.levels();
-    const std::uint64_t header = levels + 1;
-    if (words.size() <= header) return "the brick is shorter than its header";
-    const std::uint32_t palette_size = words[header - 1];
-    if (palette_size > words.size() - header) return "the palette is longer than the brick";
-    const std::span streams(reinterpret_cast<const std::uint8_t*>(words.data() + header),
-                            4 * (words.size() - header - palette_size));
-    const std::uint32_t fine_at = words[levels - 1];
-    if (fine_at > streams.size()) return "the fine stream begins beyond the brick";
-    RansReader reader(tables_, streams.first(fine_at), streams.subspan(fine_at));
-    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid, validity, options());
-    return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+    return decode(brick.words, validity, target, workspace, nullptr);
   }
-
+  bool has_entropy() const override { return true; }
+  BrickError tally(const StoredBrick& brick, const Validity& validity, BrickWorkspace& workspace, SymbolTally& tally) const override {
+    return decode(brick.words, validity, workspace.grid.levels() - 1, workspace, &tally);
+  }
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
     if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
@@ -145,6 +144,22 @@ class RansFormat final : public BrickFormat {
   }
 
  private:
+  BrickError decode(std::span<const std::uint32_t> words, const Validity& validity, unsigned target, BrickWorkspace& workspace,
+                    SymbolTally* tally) const {
+    const unsigned levels = workspace.grid.levels();
+    const std::uint64_t header = levels + 1;
+    if (words.size() <= header) return "the brick is shorter than its header";
+    const std::uint32_t palette_size = words[header - 1];
+    if (palette_size > words.size() - header) return "the palette is longer than the brick";
+    const std::span streams(reinterpret_cast<const std::uint8_t*>(words.data() + header),
+                            4 * (words.size() - header - palette_size));
+    const std::uint32_t fine_at = words[levels - 1];
+    if (fine_at > streams.size()) return "the fine stream begins beyond the brick";
+    RansReader reader(tables_, streams.first(fine_at), streams.subspan(fine_at), tally);
+    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid, validity, options());
+    return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+  }
+
   bool delta_;
   unsigned sampling_;
   std::array<RansTable, 2> tables_;

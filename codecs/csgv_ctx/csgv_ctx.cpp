@@ -113,7 +113,13 @@ class CtxFormat final : public BrickFormat {
             ByteBreakdown& bytes) const override;
   void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override;
   BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks, unsigned levels) const override;
-  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
+    return decode(brick, validity, target, workspace, nullptr);
+  }
+  bool has_entropy() const override { return true; }
+  BrickError tally(const StoredBrick& brick, const Validity& validity, BrickWorkspace& workspace, SymbolTally& tally) const override {
+    return decode(brick, validity, workspace.grid.levels() - 1, workspace, &tally);
+  }
   Expected<void> describe_to_gpu(const BrickLayout&, unsigned, GpuEncoding& encoding) const override {
     describe_tables(model_, labels_, group_, label_bits(), encoding);
     encoding.brick_loops += group_ * group_ * group_;  // records of a group
@@ -122,6 +128,8 @@ class CtxFormat final : public BrickFormat {
 
  private:
   void put_reference(const CodedReference& reference, StreamEncoder& encoder) const;
+  BrickError decode(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace,
+                    SymbolTally* tally) const;
   unsigned label_bits() const { return bits_for(labels_.size()); }
   std::uint32_t label_of(Words words, const CtxGroup& group, std::uint32_t rank) const {
     return labels_[cvr_ctx_field(words, group.list_at + rank * label_bits(), label_bits())];
@@ -275,9 +283,9 @@ BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uin
 class BrickRebuilder {
  public:
   BrickRebuilder(const ContextModel& model, std::span<const std::uint32_t> palette, std::span<const std::uint8_t> stream,
-                 const Validity& validity, BrickWorkspace& workspace)
+                 const Validity& validity, BrickWorkspace& workspace, SymbolTally* tally)
       : model_(model), palette_(palette), in_(stream), validity_(validity), grid_(workspace.grid), active_(workspace.active[0].data()),
-        next_(workspace.active[1].data()) {}
+        next_(workspace.active[1].data()), tally_(tally) {}
 
   BrickError run(unsigned target);
 
@@ -293,6 +301,7 @@ class BrickRebuilder {
   LabelGrid& grid_;
   std::uint32_t* active_;
   std::uint32_t* next_;
+  SymbolTally* tally_;  ///< counts the symbols, or nullptr
   std::uint32_t in_use_ = 1;  ///< palette entries
   bool bad_ = false;
 };
@@ -301,7 +310,12 @@ class BrickRebuilder {
 std::uint32_t BrickRebuilder::reference() {
   const std::uint32_t bound = in_use_ - 1;
   if (bound < 2) return 1;
-  const unsigned width = in_.next(model_.number(number_class(bound)));
+  const unsigned kind = number_class(bound);
+  const unsigned width = in_.next(model_.number(kind));
+  if (tally_ != nullptr) {
+    tally_->add(model_.first_number() + kind, width);
+    tally_->add_plain(bits_below(width));
+  }
   std::uint32_t value = width == 0 || width == kWide ? 0 : 1;
   for (unsigned left = bits_below(width); left > 0;) {
     const unsigned count = std::min(left, kProbabilityBits);
@@ -351,7 +365,9 @@ unsigned BrickRebuilder::block(unsigned level, std::uint32_t n, unsigned valid) 
       for (unsigned a = 0; a < 3; ++a) dynamic |= (choices[kNeighbourX + a][c] == newest ? 1u : 0u) << (kNewestIs + a);
       dynamic |= (newest == last ? 1u : 0u) << kNewestIsLast;
     }
-    const unsigned symbol = in_.next(model_.distribution(model_.row(block.static_bits(c) | depth, dynamic)));
+    const std::uint32_t row = model_.row(block.static_bits(c) | depth, dynamic);
+    const unsigned symbol = in_.next(model_.distribution(row));
+    if (tally_ != nullptr) tally_->add(row, symbol);
     const unsigned operation = symbol & 7;
     stops |= symbol >> 3 << c;
     std::uint32_t label;
@@ -410,7 +426,8 @@ BrickError BrickRebuilder::run(unsigned target) {
   return nullptr;
 }
 
-BrickError CtxFormat::unpack(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace) const {
+BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace,
+                             SymbolTally* tally) const {
   const Words words{stored.words.data()};
   const CtxGroup group = cvr_ctx_group(words, stored.bricks, label_bits());
   const CtxBrick brick = cvr_ctx_brick(words, group, stored.member);
@@ -421,7 +438,7 @@ BrickError CtxFormat::unpack(const StoredBrick& stored, const Validity& validity
     palette[k] = label_of(words, group, cvr_ctx_field(words, brick.entries_at + (k - 1) * group.rank_bits, group.rank_bits));
   }
   const std::span stream(reinterpret_cast<const std::uint8_t*>(words.w) + brick.stream_at, brick.bytes);
-  return BrickRebuilder(model_, palette, stream, validity, workspace).run(target);
+  return BrickRebuilder(model_, palette, stream, validity, workspace, tally).run(target);
 }
 
 }  // namespace

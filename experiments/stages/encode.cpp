@@ -34,7 +34,11 @@ class EncodeRun final : public StageRun {
     verify(bytes, truth_, spec_.threads, parts);
     parts["verification"]["same_bytes_with_threads"] = {std::min(spec_.threads, other),
                                                         std::max(spec_.threads, other)};
-    parts["size"] = describe_size(checked(codecs::open_file(bytes)), bytes.size(), spec_.bytes_per_voxel);
+    const auto file = checked(codecs::open_file(bytes));
+    parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
+    if (const auto entropy = checked(checked(codecs::open_decoder(file))->entropy_bytes(spec_.threads))) {
+      parts["size"]["entropy_bytes"] = *entropy;
+    }
     if (codec_.traits().stored_compressed) add_rates_at_rest(bytes, truth_.info().bytes(), parts["size"]);
     leave_in_scratch(spec_, bytes);
     return parts;

@@ -1,13 +1,15 @@
-// Single voxels without decoding their brick: ns a voxel for uniform, clustered and, of labels, one-label points, for
-// each level of detail.
+// Single voxels: ns a voxel for uniform, clustered and, of labels, one-label points, for each level of detail. A codec that decodes
+// no single voxels answers by its bricks: a point decodes the brick it lies in, unless it is that of the point before.
 //
 // One thread: latency is what is asked. Each round times every series once. The number of points is the same
-// for all series of a cell, at least 1e5, and more where a codec is so fast that a round would take less than
+// for all series of a cell, at least 1e5 (by bricks 1000), and more where a codec is so fast that a round would take less than
 // about 50 ms. Voxels are checked before: level 0 of lossless codecs against the original, others against the decoded
 // level.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
+#include <optional>
 
 #include "codecs/container.hpp"
 #include "experiments/stages/encoded_volume.hpp"
@@ -19,12 +21,46 @@ namespace cvr::experiments {
 namespace {
 
 constexpr std::uint64_t kLeastPoints = 100000;
+constexpr std::uint64_t kLeastPointsByBricks = 1000;
 constexpr std::uint64_t kMostPoints = 2000000;
 constexpr double kRoundSeconds = 0.05;
 
 struct PointSet {
   std::string name;
   std::vector<volumes::Coordinate> points;
+};
+
+/// Single voxels of a codec that decodes whole bricks: the last brick is kept.
+class ByBricks final : public codecs::VoxelAccess {
+ public:
+  ByBricks(const codecs::BrickAccess& bricks, const volumes::VolumeInfo& info) : bricks_(bricks), info_(info) {}
+
+  volumes::Expected<void> at(std::span<const volumes::Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {
+    const volumes::Extent size = bricks_.brick_size();
+    const volumes::Extent side = codecs::level_extent(size, lod);
+    const volumes::Extent level = codecs::level_extent(info_.extent, lod);
+    std::vector<std::byte> voxels(side.voxels() * size_of(info_.type));
+    volumes::Coordinate held{~std::uint64_t{0}, 0, 0};
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const volumes::Coordinate& p = points[i];
+      const volumes::Coordinate brick{p.x / size.x, p.y / size.y, p.z / size.z};
+      if (brick != held) {
+        if (auto ok = bricks_.decode_brick(brick, lod, voxels.data()); !ok) return ok;
+        held = brick;
+      }
+      const volumes::Coordinate first{brick.x * side.x, brick.y * side.y, brick.z * side.z};
+      const std::uint64_t row = std::min(side.x, level.x - first.x);
+      const std::uint64_t plane = row * std::min(side.y, level.y - first.y);
+      const std::uint64_t at = (p.x >> lod) - first.x + row * ((p.y >> lod) - first.y) + plane * ((p.z >> lod) - first.z);
+      labels[i] = 0;
+      std::memcpy(&labels[i], voxels.data() + at * size_of(info_.type), size_of(info_.type));
+    }
+    return {};
+  }
+
+ private:
+  const codecs::BrickAccess& bricks_;
+  volumes::VolumeInfo info_;
 };
 
 class RandomAccessRun final : public StageRun {
@@ -39,9 +75,11 @@ class RandomAccessRun final : public StageRun {
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
     decoder_ = checked(codecs::open_decoder(*file_));
     access_ = decoder_->voxel_access();
-    if (access_ == nullptr) {
-      throw StageFailure(kUnsupported, "no access to single voxels");
+    if (access_ == nullptr && decoder_->brick_access() != nullptr) {
+      by_bricks_.emplace(*decoder_->brick_access(), truth_.info());
+      access_ = &*by_bricks_;
     }
+    if (access_ == nullptr) throw StageFailure(kUnsupported, "no access to single voxels or bricks");
     Row parts;
     verify(bytes_.bytes(), truth_, spec_.threads, parts);
     parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
@@ -54,6 +92,7 @@ class RandomAccessRun final : public StageRun {
     make_points();
     parts["verification"]["points_compared"] = check_points();
     parts["points_per_series"] = labels_.size();
+    parts["access_by"] = by_bricks_ ? "brick" : "voxel";
     return parts;
   }
 
@@ -73,14 +112,15 @@ class RandomAccessRun final : public StageRun {
  private:
   void make_points() {
     const volumes::Extent& extent = truth_.info().extent;
-    auto trial = uniform_points(extent, spec_.seed, kLeastPoints / 4);
+    const std::uint64_t least = by_bricks_ ? kLeastPointsByBricks : kLeastPoints;
+    auto trial = uniform_points(extent, spec_.seed, least / 4);
     labels_.resize(trial.size());
     const Stopwatch watch;
     checked(access_->at(trial, lods_.front(), labels_));
     const double per_point = watch.lap("", 0).wall_seconds / static_cast<double>(trial.size());
     const double series = 3.0 * static_cast<double>(lods_.size());
     const double wanted = std::clamp(kRoundSeconds / (std::max(per_point, 1e-9) * series),
-                                     static_cast<double>(kLeastPoints), static_cast<double>(kMostPoints));
+                                     static_cast<double>(least), static_cast<double>(kMostPoints));
     const auto count = static_cast<std::uint64_t>(wanted);
     sets_.push_back({"uniform", uniform_points(extent, spec_.seed, count)});
     sets_.push_back({"clustered", clustered_points(extent, spec_.seed, count)});
@@ -126,6 +166,7 @@ class RandomAccessRun final : public StageRun {
   codecs::Buffer bytes_;
   std::optional<codecs::OpenedFile> file_;
   std::unique_ptr<codecs::Decoder> decoder_;
+  std::optional<ByBricks> by_bricks_;
   const codecs::VoxelAccess* access_ = nullptr;
   std::vector<unsigned> lods_;
   std::vector<PointSet> sets_;
