@@ -154,10 +154,13 @@ void BrickEncoder::for_each_slab(unsigned stride, Body&& body) {
   }
 }
 
-/// The format's stride, halved until enough bricks are seen.
+/// The format's stride, halved until enough bricks are seen, doubled until they are not too many.
 unsigned BrickEncoder::sampling_stride() const {
-  auto [stride, few] = format_.sampling();
-  while (stride > 1 && volumes::ceil_div(layout_.grid, stride).voxels() < few) stride /= 2;
+  const Sampling sampling = format_.sampling();
+  unsigned stride = sampling.stride;
+  const auto seen = [&] { return volumes::ceil_div(layout_.grid, stride).voxels(); };
+  while (stride > 1 && seen() < sampling.few) stride /= 2;
+  while (seen() > sampling.most) stride *= 2;
   return stride;
 }
 

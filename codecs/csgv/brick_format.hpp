@@ -42,10 +42,11 @@ class BrickStatistics {
   virtual void merge(const BrickStatistics& other) = 0;
 };
 
-/// Which bricks are counted before the first is encoded: every `stride`-th an axis, halved while fewer than `few` are seen.
+/// Which bricks are counted before the first is encoded: every `stride`-th an axis, halved while fewer than `few` are seen, doubled while
+/// more than `most` are.
 struct Sampling {
   unsigned stride;
-  std::uint64_t few;
+  std::uint64_t few = 0, most = ~std::uint64_t{0};
 };
 
 /// Scratch memory of BrickFormat::pack, one a worker; formats derive their own.
@@ -100,7 +101,7 @@ class BrickFormat {
   virtual void set_labels(std::vector<std::uint32_t>) {}
 
   /// Formats with static tables see sampled bricks first: a counter for each worker, then the sum. nullptr: no tables.
-  virtual Sampling sampling() const { return {1, 0}; }
+  virtual Sampling sampling() const { return {1}; }
   virtual std::unique_ptr<BrickStatistics> statistics() const { return nullptr; }
   virtual void fit(const BrickStatistics&) {}
   virtual void write_tables(ByteWriter&) const {}

@@ -6,14 +6,10 @@
 #include <vector>
 
 #include "codecs/csgv/operations.hpp"
+#include "codecs/csgv_ctx/reference.hpp"
 #include "codecs/csgv_ctx/training.hpp"
 
 namespace cvr::codecs::csgv_ctx {
-
-/// A reference to an older palette entry: `entries` in use >= 2, the one meant 1 <= distance < entries before the newest.
-struct Reference {
-  std::uint32_t distance, entries;
-};
 
 /// Reused from brick to brick; one a thread.
 class BrickWalk {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv_ctx/brick_rebuild.hpp"
 #include "codecs/csgv_ctx/brick_walk.hpp"
 #include "codecs/csgv_ctx/gpu_tables.hpp"
 #include "codecs/csgv_ctx/label_list.hpp"
@@ -22,21 +23,11 @@ using shaders::Words;
 
 constexpr std::uint32_t kGroupVoxels = 64;  ///< voxels a side of a group, but at most
 constexpr std::uint32_t kGroupBricks = 4;   ///< so many bricks a side
-constexpr std::uint32_t kFewVoxels = 1u << 18;  ///< tables fitted to fewer would know too little
+constexpr std::uint64_t kFewVoxels = 1u << 18;   ///< tables fitted to fewer would know too little
+constexpr std::uint64_t kMostVoxels = 1u << 29;  ///< more would teach nothing, and counts have 32 bits
 
 /// Bits that number `count` >= 1 things.
 unsigned bits_for(std::uint64_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
-
-/// How a reference is coded: by the width of distance - 1, then the bits below the highest one.
-struct CodedReference {
-  explicit CodedReference(const Reference& reference) : value(reference.distance - 1), bound(reference.entries - 1) {}
-  bool coded() const { return bound >= 2; }  ///< else there is but one older entry
-  unsigned kind() const { return number_class(bound); }
-  unsigned width() const { return std::min(static_cast<unsigned>(std::bit_width(value)), kWide); }
-  std::uint32_t value, bound;
-};
-/// Bits that follow a width.
-constexpr unsigned bits_below(unsigned width) { return width == kWide ? kWideBits : width > 0 ? width - 1 : 0; }
 
 /// What trees may ask for, by the parameter "contexts": each choice adds to the one before.
 constexpr std::array<std::string_view, 5> kContexts{"level", "neighbours", "siblings", "labels", "all"};
@@ -99,7 +90,10 @@ class CtxFormat final : public BrickFormat {
   std::uint32_t group() const override { return group_; }
   bool wants_labels() const override { return true; }
   void set_labels(std::vector<std::uint32_t> labels) override { labels_ = std::move(labels); }
-  Sampling sampling() const override { return {sampling_, std::max(1u, kFewVoxels / (brick_ * brick_ * brick_))}; }
+  Sampling sampling() const override {
+    const std::uint64_t voxels = std::uint64_t{brick_} * brick_ * brick_;
+    return {sampling_, std::max<std::uint64_t>(1, kFewVoxels / voxels), kMostVoxels / voxels};
+  }
   std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ContextStatistics>(); }
   void fit(const BrickStatistics& statistics) override {
     const auto& counts = static_cast<const ContextStatistics&>(statistics);
@@ -279,153 +273,6 @@ BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uin
   return nullptr;
 }
 
-/// Rebuilds one brick whose group was checked.
-class BrickRebuilder {
- public:
-  BrickRebuilder(const ContextModel& model, std::span<const std::uint32_t> palette, std::span<const std::uint8_t> stream,
-                 const Validity& validity, BrickWorkspace& workspace, SymbolTally* tally)
-      : model_(model), palette_(palette), in_(stream), validity_(validity), grid_(workspace.grid), active_(workspace.active[0].data()),
-        next_(workspace.active[1].data()), tally_(tally) {}
-
-  BrickError run(unsigned target);
-
- private:
-  unsigned block(unsigned level, std::uint32_t n, unsigned valid);
-  std::uint32_t palette_label(unsigned operation);
-  std::uint32_t reference();
-
-  const ContextModel& model_;
-  std::span<const std::uint32_t> palette_;
-  StreamDecoder in_;
-  const Validity& validity_;
-  LabelGrid& grid_;
-  std::uint32_t* active_;
-  std::uint32_t* next_;
-  SymbolTally* tally_;  ///< counts the symbols, or nullptr
-  std::uint32_t in_use_ = 1;  ///< palette entries
-  bool bad_ = false;
-};
-
-/// Entries before the newest, of an operation "delta".
-std::uint32_t BrickRebuilder::reference() {
-  const std::uint32_t bound = in_use_ - 1;
-  if (bound < 2) return 1;
-  const unsigned kind = number_class(bound);
-  const unsigned width = in_.next(model_.number(kind));
-  if (tally_ != nullptr) {
-    tally_->add(model_.first_number() + kind, width);
-    tally_->add_plain(bits_below(width));
-  }
-  std::uint32_t value = width == 0 || width == kWide ? 0 : 1;
-  for (unsigned left = bits_below(width); left > 0;) {
-    const unsigned count = std::min(left, kProbabilityBits);
-    value = value << count | in_.bits(count);
-    left -= count;
-  }
-  return value + 1;
-}
-
-std::uint32_t BrickRebuilder::palette_label(unsigned operation) {
-  std::uint32_t entry = in_use_ - 1;
-  if (operation == kAdvance) {
-    bad_ |= in_use_ == palette_.size();
-    if (!bad_) entry = in_use_++;
-  } else if (operation == kDelta) {
-    const std::uint32_t distance = reference();
-    bad_ |= distance > entry;
-    if (!bad_) entry -= distance;
-  }
-  return palette_[entry];
-}
-
-/// The children of node n of a level; gives those with a stop bit.
-unsigned BrickRebuilder::block(unsigned level, std::uint32_t n, unsigned valid) {
-  std::uint32_t* nodes = grid_.labels(level + 1);
-  const Block block = Block::at(n, level, grid_.labels(level), nodes, nodes_of_level(level) - 1, validity_.whole(), validity_);
-  std::array<std::array<std::uint32_t, 8>, 4> choices;  // by operation: the parent's label, the candidates
-  Lanes::broadcast(block.parent).store(choices[kParent].data());
-  for (unsigned a = 0; a < 3; ++a) block.candidates[a].store(choices[kNeighbourX + a].data());
-  const std::uint32_t depth = depth_of(level + 1, grid_.levels()) << kDepth;
-  std::uint32_t last = palette_[in_use_ - 1];
-  const auto known = [&] {
-    const Lanes lanes = Lanes::broadcast(last);
-    return last == block.parent ? 0xffu
-                                : block.candidates[0].equal(lanes) | block.candidates[1].equal(lanes) | block.candidates[2].equal(lanes);
-  };
-  unsigned last_is_known = known();
-  std::uint32_t palette_state = (in_use_ == palette_.size() ? 1u : 0u) << kExhausted | (in_use_ == 1 ? 1u : 0u) << kSingle;
-  unsigned other = 0;  // children that do not have the parent's label
-  std::uint32_t newest = 0;
-  unsigned stops = 0;
-  for (unsigned left = valid; left != 0; left &= left - 1) {
-    const auto c = static_cast<unsigned>(std::countr_zero(left));
-    std::uint32_t dynamic = static_cast<std::uint32_t>(kEarlierBits[c][other]) << kEarlier | (last_is_known >> c & 1) << kLastIsKnown |
-                            palette_state;
-    if (other != 0) {
-      for (unsigned a = 0; a < 3; ++a) dynamic |= (choices[kNeighbourX + a][c] == newest ? 1u : 0u) << (kNewestIs + a);
-      dynamic |= (newest == last ? 1u : 0u) << kNewestIsLast;
-    }
-    const std::uint32_t row = model_.row(block.static_bits(c) | depth, dynamic);
-    const unsigned symbol = in_.next(model_.distribution(row));
-    if (tally_ != nullptr) tally_->add(row, symbol);
-    const unsigned operation = symbol & 7;
-    stops |= symbol >> 3 << c;
-    std::uint32_t label;
-    if (operation < kAdvance) {
-      label = choices[operation][c];
-    } else {
-      label = palette_label(operation);
-      if (operation == kAdvance) {
-        last = label;
-        last_is_known = known();
-        palette_state = (in_use_ == palette_.size() ? 1u : 0u) << kExhausted;
-      }
-    }
-    const bool differs = label != block.parent;
-    bad_ |= differs != (operation != kParent);
-    other |= (differs ? 1u : 0u) << c;
-    if (differs) newest = label;
-    nodes[8 * n + c] = label;
-  }
-  return stops;
-}
-
-BrickError BrickRebuilder::run(unsigned target) {
-  const std::uint32_t root = palette_[0];
-  grid_.labels(0)[0] = root;
-  if (palette_.size() == 1) {
-    std::fill_n(grid_.labels(target), nodes_of_level(target), root);
-    return nullptr;
-  }
-  std::uint32_t count = 1;
-  active_[0] = 0;
-  for (unsigned level = 0; level < target; ++level) {
-    const bool finest = level + 2 == grid_.levels();
-    std::uint32_t next_count = 0;
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const std::uint32_t n = active_[k];
-      const unsigned valid = validity_.children(level, n);
-      const unsigned stops = block(level, n, valid);
-      if (finest) continue;
-      for (unsigned rest = stops; rest != 0; rest &= rest - 1) {
-        const std::uint32_t child = 8 * n + static_cast<std::uint32_t>(std::countr_zero(rest));
-        for (unsigned l = level + 2; l <= target; ++l) {
-          const std::uint32_t below = nodes_of_level(l - level - 1);
-          std::fill_n(grid_.labels(l) + std::size_t{child} * below, below, grid_.labels(level + 1)[child]);
-        }
-      }
-      for (unsigned open = valid & ~stops; open != 0; open &= open - 1) {
-        next_[next_count++] = 8 * n + static_cast<std::uint32_t>(std::countr_zero(open));
-      }
-    }
-    if (bad_) return "a symbol that no encoder writes";
-    std::swap(active_, next_);
-    count = next_count;
-  }
-  if (target + 1 == grid_.levels() && !in_.at_end()) return "the stream does not end with its last symbol";
-  return nullptr;
-}
-
 BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace,
                              SymbolTally* tally) const {
   const Words words{stored.words.data()};
@@ -438,7 +285,7 @@ BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity
     palette[k] = label_of(words, group, cvr_ctx_field(words, brick.entries_at + (k - 1) * group.rank_bits, group.rank_bits));
   }
   const std::span stream(reinterpret_cast<const std::uint8_t*>(words.w) + brick.stream_at, brick.bytes);
-  return BrickRebuilder(model_, palette, stream, validity, workspace, tally).run(target);
+  return rebuild_brick(model_, palette, stream, validity, target, workspace, tally);
 }
 
 }  // namespace
@@ -456,7 +303,7 @@ const Codec& csgv_ctx_codec() {
                         .default_value = "2",
                         .minimum = 1,
                         .maximum = 64,
-                        .description = "the tables are fitted to every n-th brick an axis (less where that leaves under 2^18 voxels)"},
+                        .description = "the tables are fitted to every n-th brick an axis (fewer where that is over 2^29 voxels, more where it is under 2^18)"},
                        {.name = "contexts",
                         .type = ParameterType::kText,
                         .default_value = "all",

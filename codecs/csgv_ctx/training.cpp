@@ -4,15 +4,14 @@
 #include <bit>
 #include <memory>
 
+#include "codecs/csgv_ctx/clustering.hpp"
+#include "codecs/csgv_ctx/description_length.hpp"
+
 namespace cvr::codecs::csgv_ctx {
 
 namespace {
 
 using Entry = ContextCounts::Entry;
-
-/// Counts of the first N symbols: the finest level has but eight.
-template <std::size_t N>
-using Counts = std::array<std::uint32_t, N>;
 
 /// A context, or several that agree on the bits that matter.
 template <std::size_t N>
@@ -21,54 +20,12 @@ struct Sample {
   Counts<N> symbols;
 };
 
-/// Description lengths in units of 2^-12 bits.
-using Cost = std::int64_t;
-constexpr unsigned kCostBits = 12;
-constexpr Cost bits(Cost count) { return count << kCostBits; }
-
 // What a tree's description costs: measured as a whole it is close to this on real volumes.
 constexpr Cost kSplit = bits(5);   ///< the split and its bit
 constexpr Cost kLeaf = bits(8);    ///< the leaf and its distribution
 constexpr Cost kFewest = bits(48); ///< what costs less is not split further
 constexpr Cost kSymbol = bits(3);  ///< each further symbol of a leaf, with half the logarithm of its count
 
-constexpr unsigned kIterations = 4;     ///< of the clustering
-constexpr std::size_t kLeavesARow = 16; ///< leaves for each distribution, about
-
-/// log2 of 1..2^12 in units of 2^-12, by repeated squaring.
-const std::array<std::uint16_t, 4097>& log_table() {
-  static const auto kTable = [] {
-    std::array<std::uint16_t, 4097> table{};
-    for (std::uint32_t n = 1; n <= 4096; ++n) {
-      const auto whole = static_cast<unsigned>(std::bit_width(n)) - 1;
-      std::uint64_t x = (std::uint64_t{n} << 31) >> whole;  // in [1, 2), 31 bits below the point
-      std::uint32_t fraction = 0;
-      for (unsigned i = 0; i < kCostBits; ++i) {
-        x = x * x >> 31;
-        fraction <<= 1;
-        if (x >> 32 != 0) {
-          fraction |= 1;
-          x >>= 1;
-        }
-      }
-      table[n] = static_cast<std::uint16_t>(whole << kCostBits | fraction);
-    }
-    return table;
-  }();
-  return kTable;
-}
-
-/// log2(n), n >= 1; larger ones are interpolated.
-Cost log2_of(std::uint64_t n) {
-  static const auto& table = log_table();
-  if (n <= 4096) return table[n];
-  const auto shift = static_cast<unsigned>(std::bit_width(n)) - 12;
-  const std::uint64_t high = n >> shift;
-  const Cost step = table[high + 1] - table[high];
-  return bits(shift) + table[high] + (step * static_cast<Cost>((n >> (shift - 1)) & 1) >> 1);
-}
-
-Cost n_log_n(std::uint64_t n) { return n == 0 ? 0 : static_cast<Cost>(n) * log2_of(n); }
 
 /// Bits that the symbols take with a distribution of their own, and that the distribution takes.
 template <std::size_t N>
@@ -270,117 +227,6 @@ class TreeGrower {
   std::vector<std::uint32_t> place_;  ///< of one_class: where each dynamic context is
   std::size_t classes_ = 0;
   std::uint32_t class_bits_ = 0;  ///< dynamic bits of the class that is grown
-};
-
-/// Few distributions for many leaves (k-means by description length, farthest first).
-template <std::size_t N>
-class Clustering {
- public:
-  Clustering(std::span<const Counts<N>> leaves, std::uint32_t possible) : leaves_(leaves), possible_(possible) {
-    const std::size_t count = std::min<std::size_t>({leaves.size(), kMostRows, std::bit_ceil(leaves.size() / kLeavesARow + 4)});
-    nearest.assign(leaves.size(), 0);
-    begin(count);
-    for (unsigned i = 0; i < kIterations; ++i) {
-      refit();
-      assign();
-    }
-    refit();
-    drop_unused();
-  }
-  std::vector<Distribution> distributions;
-  std::vector<std::uint32_t> nearest;  ///< distribution of each leaf
-
- private:
-  using Lengths = std::array<Cost, N>;
-  /// Bits of each symbol.
-  static Lengths lengths_of(const Distribution& distribution) {
-    Lengths lengths{};
-    for (unsigned s = 0; s < N; ++s) {
-      if (distribution.frequency[s] > 0) lengths[s] = bits(kProbabilityBits) - log2_of(distribution.frequency[s]);
-    }
-    return lengths;
-  }
-  static Cost cost(const Counts<N>& counts, const Lengths& lengths) {
-    Cost sum = 0;
-    for (unsigned s = 0; s < N; ++s) sum += counts[s] * lengths[s];
-    return sum;
-  }
-  static std::array<std::uint64_t, kSymbols> widened(const Counts<N>& counts) {
-    std::array<std::uint64_t, kSymbols> wide{};
-    std::ranges::copy(counts, wide.begin());
-    return wide;
-  }
-
-  void begin(std::size_t count) {
-    std::vector<Cost> best(leaves_.size());
-    std::vector<Cost> own(leaves_.size());
-    std::size_t pick = 0;
-    std::uint64_t most = 0;
-    for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      own[i] = cost(leaves_[i], lengths_of(fit_distribution(widened(leaves_[i]), possible_)));
-      std::uint64_t total = 0;
-      for (const std::uint32_t n : leaves_[i]) total += n;
-      if (total > most) {
-        most = total;
-        pick = i;
-      }
-    }
-    while (distributions.size() < count) {
-      distributions.push_back(fit_distribution(widened(leaves_[pick]), possible_));
-      const Lengths lengths = lengths_of(distributions.back());
-      Cost worst = -1;
-      for (std::size_t i = 0; i < leaves_.size(); ++i) {
-        const Cost here = cost(leaves_[i], lengths);
-        if (distributions.size() == 1 || here < best[i]) {
-          best[i] = here;
-          nearest[i] = static_cast<std::uint32_t>(distributions.size() - 1);
-        }
-        if (best[i] - own[i] > worst) {
-          worst = best[i] - own[i];
-          pick = i;
-        }
-      }
-    }
-  }
-
-  void refit() {
-    std::vector<std::array<std::uint64_t, kSymbols>> sums(distributions.size());
-    for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      for (unsigned s = 0; s < N; ++s) sums[nearest[i]][s] += leaves_[i][s];
-    }
-    for (std::size_t k = 0; k < sums.size(); ++k) distributions[k] = fit_distribution(sums[k], possible_);
-  }
-
-  void assign() {
-    std::vector<Lengths> lengths;
-    for (const Distribution& d : distributions) lengths.push_back(lengths_of(d));
-    for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      Cost least = cost(leaves_[i], lengths[nearest[i]]);
-      for (std::uint32_t k = 0; k < lengths.size(); ++k) {
-        const Cost here = cost(leaves_[i], lengths[k]);
-        if (here < least) {
-          least = here;
-          nearest[i] = k;
-        }
-      }
-    }
-  }
-
-  void drop_unused() {
-    std::vector<std::uint32_t> place(distributions.size(), 0);
-    for (const std::uint32_t k : nearest) place[k] = 1;
-    std::uint32_t kept = 0;
-    for (std::size_t k = 0; k < place.size(); ++k) {
-      if (place[k] == 0) continue;
-      distributions[kept] = distributions[k];
-      place[k] = kept++;
-    }
-    distributions.resize(kept);
-    for (std::uint32_t& k : nearest) k = place[k];
-  }
-
-  std::span<const Counts<N>> leaves_;
-  std::uint32_t possible_;
 };
 
 /// Makes the counts that the leaves of second trees name into distributions.
