@@ -45,6 +45,11 @@ template <class T>
 void DistinctLabels::add(unsigned worker, std::span<const T> labels) {
   if (labels.empty()) return;
   Worker& own = workers_[worker];
+  if constexpr (sizeof(T) <= 2) {
+    own.seen.resize(std::size_t{1} << (8 * sizeof(T)));
+    for (const T label : labels) own.seen[label] = 1;
+    return;
+  }
   // Eight bytes of the same label are skipped at once.
   constexpr std::size_t kAtOnce = 8 / sizeof(T);
   constexpr std::uint64_t kEach = ~std::uint64_t{0} / static_cast<T>(~T{0});
@@ -82,6 +87,9 @@ void DistinctLabels::add(volumes::VoxelType type, std::span<const std::byte> vox
 std::vector<std::uint64_t> DistinctLabels::take() {
   std::vector<std::uint64_t> all;
   for (Worker& worker : workers_) {
+    for (std::size_t label = 0; label < worker.seen.size(); ++label) {
+      if (worker.seen[label] != 0) worker.labels.push_back(label);
+    }
     worker.thin();
     all.insert(all.end(), worker.labels.begin(), worker.labels.end());
     worker = {};

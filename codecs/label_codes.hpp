@@ -1,7 +1,8 @@
 // Which labels a volume has, and the 32-bit codes that stand for them on a GPU.
 //
 // Segmented volumes repeat labels in runs and in neighbouring rows: a worker skips what equals the last label, then what its
-// small direct-mapped cache has seen, and keeps the rest in a list that is sorted and thinned when it has doubled.
+// small direct-mapped cache has seen, and keeps the rest in a list that is sorted and thinned when it has doubled. Labels of one or two
+// bytes have a mark each.
 #pragma once
 
 #include <array>
@@ -30,6 +31,7 @@ class DistinctLabels {
     static constexpr std::size_t kCached = 4096;
     std::vector<std::uint64_t> cache;  ///< label seen last in each place
     std::vector<std::uint64_t> labels;
+    std::vector<std::uint8_t> seen;  ///< of labels of one or two bytes, in place of the list
     std::size_t thinned = 0;  ///< labels after the last thinning
     void note(std::uint64_t label);
     void thin();
