@@ -125,7 +125,7 @@ void BrickEncoder::with_brick(const T* slab, std::uint64_t first_layer, const Co
   const Validity validity(layout_.brick, layout_.brick_extent(at));
   worker.grid.build(slab + (at.x * b + e.x * (at.y * b + e.y * (at.z - first_layer) * b)), e.x, e.x * e.y, validity);
   if (options.keep_outside) worker.grid.fill_outside(validity);
-  worker.operations.encode(worker.grid, validity, options);
+  if (format_.wants_operations()) worker.operations.encode(worker.grid, validity, options);
   body(SourceBrick{worker.grid, validity, worker.operations});
 }
 

@@ -80,6 +80,8 @@ class BrickFormat {
  public:
   virtual ~BrickFormat() = default;
   virtual OperationOptions options() const = 0;
+  /// Whether SourceBrick::operations are asked for.
+  virtual bool wants_operations() const { return true; }
 
   /// Bricks a side of what is stored together and has one entry in the start table.
   virtual std::uint32_t group() const { return 1; }

@@ -12,6 +12,7 @@ namespace cvr::shaders {
 #include "shaders/shared/morton.glsl"
 
 #include "shaders/shared/csgvr.glsl"
+#include "shaders/shared/csgvr_c.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"

@@ -1,0 +1,76 @@
+// The two prefix codes of `csgvr-c`, for the blocks of the finest level and of all others: fitting, storing, looking up.
+//
+// Stored as bits, first bit lowest, the fine code before the coarse one:
+//   16  contents K - 1, K >= 1     5  parameter p
+//   K times: Exp-Golomb code with parameter p of (number - number before - 1, the first: number)     4  code length - 1
+//   4   length of the escape - 1
+// The number of a content is its operations in base 6, child 0 lowest, + 6^8 * open children. Exp-Golomb: q = value >> p; as many
+// zeros as q + 1 has bits less one, the bits of q + 1 from the highest on, the p low bits of the value.
+// The lookup tables are those of shaders/shared/csgvr_c.glsl.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "codecs/bytes.hpp"
+#include "codecs/csgvr/blocks.hpp"
+#include "volumes/error.hpp"
+
+namespace cvr::codecs::csgvr {
+
+/// How often each shape occurs, [0] above the finest level, [1] in it; keys are BlockShape::bits().
+using ShapeCounts = std::array<std::unordered_map<std::uint64_t, std::uint64_t>, 2>;
+
+/// Whether operations are such as an encoder writes: all below 6, and no repeated label before the first of the block.
+bool valid_operations(BlockContent content);
+
+/// A block's code and what it stands for.
+struct CodedBlock {
+  std::uint64_t bits;
+  std::uint32_t length;
+  BlockContent content;
+};
+
+class BlockCode {
+ public:
+  /// Codes for these shapes; others are coded with escapes.
+  void fit(const ShapeCounts& counts);
+
+  void write(ByteWriter& out) const;
+  volumes::Expected<void> read(ByteReader& in);
+
+  /// The shortest code of a block of this shape; of equal ones the first in kAxisOrders.
+  CodedBlock shortest(const BlockShape& shape, bool fine) const;
+
+  /// Lookup tables for shaders/shared/csgvr_c.glsl.
+  const std::vector<std::uint32_t>& tables() const { return tables_; }
+
+ private:
+  struct Code {
+    std::uint32_t bits;
+    std::uint32_t length;
+  };
+  /// One of the two codes: contents in ascending order of their numbers, and after them the escape.
+  struct Side {
+    std::vector<BlockContent> contents;
+    std::vector<std::uint8_t> lengths;
+    std::vector<Code> codes;
+    std::unordered_map<BlockContent, std::uint32_t> places;  ///< of contents
+    const Code& escape() const { return codes.back(); }
+    void assign_codes();
+  };
+  using ContentCounts = std::unordered_map<BlockContent, std::uint64_t>;
+
+  CodedBlock code_of(BlockContent content, bool fine) const;
+  void fit_side(bool fine, const ContentCounts& counts);
+  void build_tables();
+  void add_lookups(const Side& side, std::size_t first, std::size_t contents_at);
+
+  std::array<Side, 2> sides_;  ///< coarse, fine
+  std::vector<std::uint32_t> tables_;
+};
+
+}  // namespace cvr::codecs::csgvr

@@ -1,0 +1,151 @@
+// `csgvr-c`: random access like `csgvr-sb`, with whole 2x2x2 blocks under static prefix codes. See FORMAT.md.
+//
+// The groups are written by group_writer.cpp, checked and read by group_reader.cpp; single nodes go through the text that the GPU has,
+// shaders/shared/csgvr_c.glsl.
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgvr/block_code.hpp"
+#include "codecs/csgvr/csgvr.hpp"
+#include "codecs/csgvr/group_reader.hpp"
+#include "codecs/csgvr/group_writer.hpp"
+#include "codecs/csgvr/voxel_walk.hpp"
+#include "codecs/label_codes.hpp"
+
+namespace cvr::codecs {
+
+namespace {
+
+using namespace csgv;
+using csgvr::BlockCode;
+using csgvr::BlockFinder;
+using csgvr::BlockShape;
+using csgvr::GroupWriter;
+using shaders::CsgvrcBrick;
+using shaders::Words;
+
+constexpr std::uint32_t kGroupVoxels = 64;  ///< a side
+
+/// Counts the shapes of the blocks.
+class ShapeStatistics final : public BrickStatistics {
+ public:
+  explicit ShapeStatistics(std::uint32_t b) : finder_(b) {}
+  void add(const SourceBrick& brick) override {
+    finder_.run(brick.grid, [&](bool finest, const BlockShape& shape, const std::uint32_t*) { ++counts_[finest][shape.bits()]; });
+  }
+  void merge(const BrickStatistics& other) override {
+    const auto& others = static_cast<const ShapeStatistics&>(other).counts_;
+    for (unsigned fine = 0; fine < 2; ++fine) {
+      for (const auto& [shape, count] : others[fine]) counts_[fine][shape] += count;
+    }
+  }
+  const csgvr::ShapeCounts& counts() const { return counts_; }
+
+ private:
+  BlockFinder finder_;
+  csgvr::ShapeCounts counts_;
+};
+
+class CsgvrcFormat final : public BrickFormat {
+ public:
+  explicit CsgvrcFormat(std::uint32_t b) : brick_(b) {}
+
+  OperationOptions options() const override { return {.stop_bits = true, .keep_outside = true, .delta = false}; }
+  bool wants_operations() const override { return false; }
+  std::uint32_t group() const override { return kGroupVoxels / brick_; }
+
+  Sampling sampling() const override { return {2, 16}; }
+  std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ShapeStatistics>(brick_); }
+  void fit(const BrickStatistics& statistics) override { code_.fit(static_cast<const ShapeStatistics&>(statistics).counts()); }
+  void write_tables(ByteWriter& out) const override { code_.write(out); }
+  Expected<void> read_tables(ByteReader& in) override { return code_.read(in); }
+
+  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<GroupWriter>(brick_); }
+  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>&, ByteBreakdown&) const override {
+    static_cast<GroupWriter&>(workspace).add(brick.grid, code_);
+  }
+  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
+    static_cast<GroupWriter&>(workspace).finish(words, bytes);
+  }
+
+  BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks, unsigned levels) const override {
+    return csgvr::GroupCheck(code_.tables()).run(group, bricks, levels);
+  }
+  BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override;
+  bool has_voxel_access() const override { return true; }
+  BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
+                std::span<std::uint64_t> labels) const override;
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override;
+
+ private:
+  Words tables() const { return {code_.tables().data()}; }
+
+  std::uint32_t brick_;
+  BlockCode code_;
+};
+
+BrickError CsgvrcFormat::unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
+                                BrickWorkspace& workspace) const {
+  const Words group{words.data()};
+  const CsgvrcBrick brick = shaders::cvr_c_open(group, member, workspace.grid.levels());
+  csgvr::BlockReader reader(group, tables(), brick);
+  Reconstruction reconstruction(reader, reader.labels(), workspace.grid, validity, options());
+  return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+}
+
+BrickError CsgvrcFormat::at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
+                            std::span<std::uint64_t> labels) const {
+  return csgvr::for_each_point(
+      layout, points, level, labels,
+      [&, tables = tables()](std::span<const std::uint32_t> words, std::uint32_t member, std::uint32_t n, std::uint64_t& label) {
+        const Words group{words.data()};
+        const CsgvrcBrick brick = shaders::cvr_c_open(group, member, layout.levels);
+        std::uint32_t index = 0;
+        std::uint32_t hops = 0;
+        if (!cvr_c_index(group, tables, brick, n, level, index, hops)) return false;
+        label = cvr_c_label(group, brick, index);
+        return true;
+      });
+}
+
+Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const {
+  DistinctLabels distinct(threads);
+  std::vector<std::uint32_t> labels;
+  std::uint32_t largest = 0;  // words of a brick
+  for (std::uint64_t i = 0; i < layout.groups.voxels(); ++i) {
+    const Words group{layout.group_words(i).data()};
+    const CsgvrcBrick head = shaders::cvr_c_open_group(group, layout.levels);
+    labels.clear();
+    for (std::uint32_t k = 0; k < head.dictionary_size; ++k) labels.push_back(cvr_c_label(group, head, k));
+    distinct.add(0, std::span<const std::uint32_t>(labels));
+    const Coordinate at{i % layout.groups.x, i / layout.groups.x % layout.groups.y, i / (layout.groups.x * layout.groups.y)};
+    const auto members = static_cast<std::uint32_t>(layout.bricks_of_group(at).voxels());
+    for (std::uint32_t member = 0; member < members; ++member) {
+      largest = std::max(largest, cvr_c_words(shaders::cvr_c_find(group, member, layout.levels)));
+    }
+  }
+  const std::vector<std::uint64_t> all = distinct.take();
+  encoding.codes.assign(all.begin(), all.end());
+  encoding.decoder = "csgvr_c";
+  encoding.shared_words = largest;
+  // Hops, each with the blocks of half a run on most levels; the first walks down all of them.
+  encoding.cell_loops = (layout.levels + 4) << CVR_C_FINE_RUN_SHIFT >> 1;
+  encoding.brick_loops *= 2;
+  encoding.buffers.push_back({"tables", std::as_bytes(std::span(code_.tables())), nullptr});
+  return {};
+}
+
+}  // namespace
+
+const Codec& csgvr_c_codec() {
+  static const BrickCodec kCodec(
+      brick_traits("csgvr-c", "csgvr", "CSGV-R with codes for blocks of eight operations, sampled pointers", Granularity::kVoxel),
+      {brick_parameter()}, [](const Parameters& parameters) {
+        return std::make_unique<CsgvrcFormat>(static_cast<std::uint32_t>(parameters.integer("brick")));
+      });
+  return kCodec;
+}
+
+}  // namespace cvr::codecs
