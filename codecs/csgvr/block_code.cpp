@@ -25,7 +25,7 @@ constexpr std::uint32_t kOpenBits = 8;   ///< open children after a coarse escap
 constexpr std::uint32_t kPatterns = 1679616;  ///< 6^8
 constexpr std::uint64_t kMostContents = std::uint64_t{1} << 14;
 /// What a content must save to be worth its place in the table, and the escape that is expected before there is one.
-constexpr double kWorthBits = 50;
+constexpr double kWorthBits = 25;
 constexpr double kExpectedEscape = 4;
 
 std::uint32_t number_of(BlockContent content) {

@@ -55,7 +55,7 @@ class CsgvrcFormat final : public BrickFormat {
   bool wants_operations() const override { return false; }
   std::uint32_t group() const override { return kGroupVoxels / brick_; }
 
-  Sampling sampling() const override { return {2, 16}; }
+  Sampling sampling() const override { return {2, 8}; }
   std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ShapeStatistics>(brick_); }
   void fit(const BrickStatistics& statistics) override { code_.fit(static_cast<const ShapeStatistics&>(statistics).counts()); }
   void write_tables(ByteWriter& out) const override { code_.write(out); }
