@@ -20,24 +20,23 @@ namespace {
 
 constexpr unsigned kFitRounds = 3;  ///< shapes are given the contents that the last round's code makes short
 constexpr unsigned kMostLength = CVR_C_MOST_CODE_BITS;
-constexpr std::uint32_t kRawBits = 24;   ///< operations after a fine escape
-constexpr std::uint32_t kOpenBits = 8;   ///< open children after a coarse escape
+constexpr std::uint32_t kRawBits = 24;        ///< operations after an escape
 constexpr std::uint32_t kPatterns = 1679616;  ///< 6^8
-constexpr std::uint64_t kMostContents = std::uint64_t{1} << 14;
-/// What a content must save to be worth its place in the table, and the escape that is expected before there is one.
+constexpr std::uint64_t kMostPatterns = std::uint64_t{1} << 14;
+/// What a pattern must save to be worth its place in the table, and the escape that is expected before there is one.
 constexpr double kWorthBits = 25;
 constexpr double kExpectedEscape = 4;
 
-std::uint32_t number_of(BlockContent content) {
-  std::uint32_t number = content >> 24;
-  for (unsigned c = 8; c-- > 0;) number = 6 * number + (content >> (3 * c) & 7);
+std::uint32_t number_of(BlockOperations operations) {
+  std::uint32_t number = 0;
+  for (unsigned c = 8; c-- > 0;) number = 6 * number + (operations >> (3 * c) & 7);
   return number;
 }
 
-BlockContent content_of(std::uint32_t number) {
-  BlockContent content = number / kPatterns << 24;
-  for (unsigned c = 0; c < 8; ++c, number /= 6) content |= number % 6 << (3 * c);
-  return content;
+BlockOperations pattern_of(std::uint32_t number) {
+  BlockOperations operations = 0;
+  for (unsigned c = 0; c < 8; ++c, number /= 6) operations |= number % 6 << (3 * c);
+  return operations;
 }
 
 void put_exp_golomb(succinct::BitAppender& out, std::uint32_t value, unsigned parameter) {
@@ -83,8 +82,7 @@ class BitReader {
 
 }  // namespace
 
-bool valid_operations(BlockContent content) {
-  const std::uint32_t operations = content & 0xffffff;
+bool valid_operations(BlockOperations operations) {
   if ((operations >> 2 & operations >> 1 & 0x249249) != 0) return false;  // 6 and 7
   const std::uint32_t own = shaders::cvr_c_own_labels(operations);
   const std::uint32_t repeated = operations >> 2 & operations & 0x249249;
@@ -96,69 +94,63 @@ void BlockCode::Side::assign_codes() {
   codes.clear();
   places.clear();
   for (std::size_t i = 0; i < bits.size(); ++i) codes.push_back({bits[i], lengths[i]});
-  for (std::uint32_t i = 0; i < contents.size(); ++i) places.emplace(contents[i], i);
+  for (std::uint32_t i = 0; i < patterns.size(); ++i) places.emplace(patterns[i], i);
 }
 
-CodedBlock BlockCode::code_of(BlockContent content, bool fine) const {
-  const Side& side = sides_[fine];
-  if (const auto place = side.places.find(content); place != side.places.end()) {
+CodedBlock BlockCode::code_of(BlockOperations operations, const Side& side) {
+  if (const auto place = side.places.find(operations); place != side.places.end()) {
     const Code& code = side.codes[place->second];
-    return {code.bits, code.length, content};
+    return {code.bits, code.length, operations};
   }
   const Code& escape = side.escape();
-  if (fine) return {escape.bits | std::uint64_t{content} << escape.length, escape.length + kRawBits, content};
-  const CodedBlock rest = code_of(content & 0xffffff, true);
-  return {escape.bits | std::uint64_t{content >> 24} << escape.length | rest.bits << (escape.length + kOpenBits),
-          escape.length + kOpenBits + rest.length, content};
+  return {escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits, operations};
 }
 
 CodedBlock BlockCode::shortest(const BlockShape& shape, bool fine) const {
-  CodedBlock best = code_of(shape.content(kAxisOrders[0]), fine);
+  const Side& side = sides_[fine];
+  CodedBlock best = code_of(shape.operations(kAxisOrders[0]), side);
   if (!shape.ambiguous()) return best;
   for (std::size_t i = 1; i < kAxisOrders.size(); ++i) {
-    const BlockContent content = shape.content(kAxisOrders[i]);
-    if (content == best.content) continue;
-    const CodedBlock other = code_of(content, fine);
+    const BlockOperations operations = shape.operations(kAxisOrders[i]);
+    if (operations == best.operations) continue;
+    const CodedBlock other = code_of(operations, side);
     if (other.length < best.length) best = other;
   }
   return best;
 }
 
-/// Gives codes to the contents that are worth it. A coarse code takes the cost of escapes from the fine one.
-void BlockCode::fit_side(bool fine, const ContentCounts& counts) {
-  Side& side = sides_[fine];
-  double total = 1;
-  for (const auto& [content, count] : counts) total += static_cast<double>(count);
+/// Gives codes to the patterns that are worth it.
+void BlockCode::fit_side(Side& side, const PatternCounts& counts) {
+  std::uint64_t total = 1;
+  for (const auto& [pattern, count] : counts) total += count;
   struct Candidate {
     std::uint32_t number;
     std::uint64_t count;
   };
   std::vector<Candidate> candidates;
   std::uint64_t escaped = 0;
-  for (const auto& [content, count] : counts) {
-    const double rest = fine ? kRawBits : kOpenBits + code_of(content & 0xffffff, true).length;
+  for (const auto& [pattern, count] : counts) {
     const auto times = static_cast<double>(count);
-    const double saved = times * (kExpectedEscape + rest - std::log2(total / times));
-    if (saved > kWorthBits || content == 0) {
-      candidates.push_back({number_of(content), count});
+    if (times * (kExpectedEscape + kRawBits - std::log2(static_cast<double>(total) / times)) > kWorthBits || pattern == 0) {
+      candidates.push_back({number_of(pattern), count});
     } else {
       escaped += count;
     }
   }
   if (!counts.contains(0)) candidates.push_back({0, 1});  // two codes at least
-  if (candidates.size() > kMostContents) {
+  if (candidates.size() > kMostPatterns) {
     std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {
       return a.count != b.count ? a.count > b.count : a.number < b.number;
     });
-    for (std::size_t i = kMostContents; i < candidates.size(); ++i) escaped += candidates[i].count;
-    candidates.resize(kMostContents);
+    for (std::size_t i = kMostPatterns; i < candidates.size(); ++i) escaped += candidates[i].count;
+    candidates.resize(kMostPatterns);
     if (std::ranges::none_of(candidates, [](const Candidate& c) { return c.number == 0; })) candidates.back() = {0, 1};
   }
   std::ranges::sort(candidates, {}, &Candidate::number);
   std::vector<std::uint64_t> weights;
-  side.contents.clear();
+  side.patterns.clear();
   for (const Candidate& c : candidates) {
-    side.contents.push_back(content_of(c.number));
+    side.patterns.push_back(pattern_of(c.number));
     weights.push_back(c.count);
   }
   weights.push_back(std::max<std::uint64_t>(escaped, 1));
@@ -167,21 +159,15 @@ void BlockCode::fit_side(bool fine, const ContentCounts& counts) {
 }
 
 void BlockCode::fit(const ShapeCounts& counts) {
-  for (unsigned round = 0; round < kFitRounds; ++round) {
-    std::array<ContentCounts, 2> contents;
-    for (unsigned fine = 0; fine < 2; ++fine) {
+  for (unsigned fine = 0; fine < 2; ++fine) {
+    for (unsigned round = 0; round < kFitRounds; ++round) {
+      PatternCounts patterns;
       for (const auto& [bits, count] : counts[fine]) {
         const BlockShape shape = BlockShape::from_bits(bits);
-        contents[fine][round == 0 ? shape.content(shape.widest_first()) : shortest(shape, fine != 0).content] += count;
+        patterns[round == 0 ? shape.operations(shape.widest_first()) : shortest(shape, fine != 0).operations] += count;
       }
+      fit_side(sides_[fine], patterns);
     }
-    if (round > 0) {  // what coarse escapes ask of the fine code
-      for (const auto& [content, count] : contents[0]) {
-        if (!sides_[0].places.contains(content)) contents[1][content & 0xffffff] += count;
-      }
-    }
-    fit_side(true, contents[1]);
-    fit_side(false, contents[0]);
   }
   build_tables();
 }
@@ -191,9 +177,9 @@ void BlockCode::write(ByteWriter& out) const {
   for (const Side* side : {&sides_[1], &sides_[0]}) {
     std::vector<std::uint32_t> gaps;
     std::uint32_t next = 0;
-    for (const BlockContent content : side->contents) {
-      gaps.push_back(number_of(content) - next);
-      next = number_of(content) + 1;
+    for (const BlockOperations pattern : side->patterns) {
+      gaps.push_back(number_of(pattern) - next);
+      next = number_of(pattern) + 1;
     }
     unsigned best = 0;
     std::uint64_t fewest = ~std::uint64_t{0};
@@ -217,8 +203,7 @@ void BlockCode::write(ByteWriter& out) const {
 Expected<void> BlockCode::read(ByteReader& in) {
   BitReader bits(in.take(in.remaining()));
   for (Side* side : {&sides_[1], &sides_[0]}) {
-    const bool fine = side == &sides_[1];
-    const std::string_view name = fine ? "fine" : "coarse";
+    const std::string_view name = side == &sides_[1] ? "fine" : "coarse";
     const std::uint64_t count = bits.take(16) + 1;
     const auto parameter = static_cast<unsigned>(bits.take(5));
     std::uint64_t next = 0;
@@ -227,17 +212,17 @@ Expected<void> BlockCode::read(ByteReader& in) {
       const std::uint64_t number = next + bits.take_exp_golomb(parameter);
       side->lengths.push_back(static_cast<std::uint8_t>(bits.take(4) + 1));
       if (bits.failed()) break;
-      if (number >= std::uint64_t{kPatterns} * (fine ? 1 : 256) || !valid_operations(content_of(static_cast<std::uint32_t>(number)))) {
-        return fail(ErrorCode::kMalformed, fmt::format("{} code, content {}: {} is no block that an encoder writes", name, i, number));
+      if (number >= kPatterns || !valid_operations(pattern_of(static_cast<std::uint32_t>(number)))) {
+        return fail(ErrorCode::kMalformed, fmt::format("{} code, pattern {}: {} is no block that an encoder writes", name, i, number));
       }
-      side->contents.push_back(content_of(static_cast<std::uint32_t>(number)));
+      side->patterns.push_back(pattern_of(static_cast<std::uint32_t>(number)));
       next = number + 1;
     }
     side->lengths.push_back(static_cast<std::uint8_t>(bits.take(4) + 1));
     if (bits.failed()) return fail(ErrorCode::kTruncated, fmt::format("{} code: the tables end within it", name));
-    if (count > kMostContents || !entropy::is_complete_prefix_code(side->lengths)) {
-      return fail(ErrorCode::kMalformed, fmt::format("{} code: expected at most {} contents, and lengths that use up all codes", name,
-                                                     kMostContents));
+    if (count > kMostPatterns || !entropy::is_complete_prefix_code(side->lengths)) {
+      return fail(ErrorCode::kMalformed, fmt::format("{} code: expected at most {} patterns, and lengths that use up all codes", name,
+                                                     kMostPatterns));
     }
     side->assign_codes();
   }
@@ -246,8 +231,8 @@ Expected<void> BlockCode::read(ByteReader& in) {
   return {};
 }
 
-/// Enters the codes of a side into the lookup from word `first` on; its contents lie from word `contents_at` on.
-void BlockCode::add_lookups(const Side& side, std::size_t first, std::size_t contents_at) {
+/// Enters the codes of a side into the lookup from word `first` on; its patterns lie from word `patterns_at` on.
+void BlockCode::add_lookups(const Side& side, std::size_t first, std::size_t patterns_at) {
   std::array<unsigned, CVR_C_LOOKUP> further{};  // bits of the longest code behind each lookup
   for (const Code& code : side.codes) {
     if (code.length <= CVR_C_LOOKUP_BITS) continue;
@@ -262,11 +247,9 @@ void BlockCode::add_lookups(const Side& side, std::size_t first, std::size_t con
   for (std::size_t i = 0; i < side.codes.size(); ++i) {
     const auto [bits, length] = side.codes[i];
     std::uint32_t entry = CVR_C_RARE | length;
-    if (i < side.contents.size()) {
-      const BlockContent content = side.contents[i];
-      entry = length | static_cast<std::uint32_t>(contents_at + i) << 5 |
-              static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(content))) << 24 |
-              static_cast<std::uint32_t>(std::popcount(content >> 24)) << 28;
+    if (i < side.patterns.size()) {
+      entry = length | static_cast<std::uint32_t>(patterns_at + i) << 5 |
+              static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(side.patterns[i]))) << 24;
     }
     std::size_t at = first + bits;
     std::size_t end = first + CVR_C_LOOKUP;
@@ -281,12 +264,12 @@ void BlockCode::add_lookups(const Side& side, std::size_t first, std::size_t con
   }
 }
 
-/// [lookup, coarse][lookup, fine][contents, coarse][contents, fine][entries of longer codes]
+/// [lookup, coarse][lookup, fine][patterns, coarse][patterns, fine][entries of longer codes]
 void BlockCode::build_tables() {
   tables_.assign(2 * CVR_C_LOOKUP, 0);
-  for (const Side& side : sides_) tables_.insert(tables_.end(), side.contents.begin(), side.contents.end());
+  for (const Side& side : sides_) tables_.insert(tables_.end(), side.patterns.begin(), side.patterns.end());
   add_lookups(sides_[0], 0, 2 * CVR_C_LOOKUP);
-  add_lookups(sides_[1], CVR_C_LOOKUP, 2 * CVR_C_LOOKUP + sides_[0].contents.size());
+  add_lookups(sides_[1], CVR_C_LOOKUP, 2 * CVR_C_LOOKUP + sides_[0].patterns.size());
 }
 
 }  // namespace cvr::codecs::csgvr

@@ -1,11 +1,11 @@
 // The two prefix codes of `csgvr-c`, for the blocks of the finest level and of all others: fitting, storing, looking up.
 //
 // Stored as bits, first bit lowest, the fine code before the coarse one:
-//   16  contents K - 1, K >= 1     5  parameter p
+//   16  patterns K - 1, K >= 1     5  parameter p
 //   K times: Exp-Golomb code with parameter p of (number - number before - 1, the first: number)     4  code length - 1
 //   4   length of the escape - 1
-// The number of a content is its operations in base 6, child 0 lowest, + 6^8 * open children. Exp-Golomb: q = value >> p; as many
-// zeros as q + 1 has bits less one, the bits of q + 1 from the highest on, the p low bits of the value.
+// The number of a pattern is its operations in base 6, child 0 lowest. Exp-Golomb: q = value >> p; as many zeros as q + 1 has bits less
+// one, the bits of q + 1 from the highest on, the p low bits of the value.
 // The lookup tables are those of shaders/shared/csgvr_c.glsl.
 #pragma once
 
@@ -25,13 +25,13 @@ namespace cvr::codecs::csgvr {
 using ShapeCounts = std::array<std::unordered_map<std::uint64_t, std::uint64_t>, 2>;
 
 /// Whether operations are such as an encoder writes: all below 6, and no repeated label before the first of the block.
-bool valid_operations(BlockContent content);
+bool valid_operations(BlockOperations operations);
 
 /// A block's code and what it stands for.
 struct CodedBlock {
   std::uint64_t bits;
   std::uint32_t length;
-  BlockContent content;
+  BlockOperations operations;
 };
 
 class BlockCode {
@@ -53,21 +53,21 @@ class BlockCode {
     std::uint32_t bits;
     std::uint32_t length;
   };
-  /// One of the two codes: contents in ascending order of their numbers, and after them the escape.
+  /// One of the two codes: patterns in ascending order of their numbers, and after them the escape.
   struct Side {
-    std::vector<BlockContent> contents;
+    std::vector<BlockOperations> patterns;
     std::vector<std::uint8_t> lengths;
     std::vector<Code> codes;
-    std::unordered_map<BlockContent, std::uint32_t> places;  ///< of contents
+    std::unordered_map<BlockOperations, std::uint32_t> places;  ///< of patterns
     const Code& escape() const { return codes.back(); }
     void assign_codes();
   };
-  using ContentCounts = std::unordered_map<BlockContent, std::uint64_t>;
+  using PatternCounts = std::unordered_map<BlockOperations, std::uint64_t>;
 
-  CodedBlock code_of(BlockContent content, bool fine) const;
-  void fit_side(bool fine, const ContentCounts& counts);
+  static CodedBlock code_of(BlockOperations operations, const Side& side);
+  static void fit_side(Side& side, const PatternCounts& counts);
   void build_tables();
-  void add_lookups(const Side& side, std::size_t first, std::size_t contents_at);
+  void add_lookups(const Side& side, std::size_t first, std::size_t patterns_at);
 
   std::array<Side, 2> sides_;  ///< coarse, fine
   std::vector<std::uint32_t> tables_;

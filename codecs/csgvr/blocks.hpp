@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -12,9 +13,8 @@
 
 namespace cvr::codecs::csgvr {
 
-/// Bits 0..23: the operations of the children, 3 bits each, 4 a label of its own, 5 the last such label of the block again;
-/// bits 24..31: which children are open.
-using BlockContent = std::uint32_t;
+/// The operations of the 8 children, 3 bits each: 4 a label of its own, 5 the last such label of the block again.
+using BlockOperations = std::uint32_t;
 
 /// The bits of a mask, three apart.
 inline constexpr auto kSpread3 = [] {
@@ -31,8 +31,8 @@ class BlockShape {
   BlockShape() = default;
   /// x, y, z: have the label of the neighbour along the axis, not the parent's; own: have neither's; repeated: those of `own` with the
   /// label of the last of them.
-  BlockShape(const std::array<unsigned, 3>& axes, unsigned own, unsigned repeated, unsigned open)
-      : bits_(axes[0] | axes[1] << 8 | axes[2] << 16 | own << 24 | std::uint64_t{repeated} << 32 | std::uint64_t{open} << 40) {}
+  BlockShape(const std::array<unsigned, 3>& axes, unsigned own, unsigned repeated)
+      : bits_(axes[0] | axes[1] << 8 | axes[2] << 16 | own << 24 | std::uint64_t{repeated} << 32) {}
 
   static BlockShape from_bits(std::uint64_t bits) {
     BlockShape shape;
@@ -43,7 +43,6 @@ class BlockShape {
   unsigned axis(unsigned a) const { return bits_ >> (8 * a) & 0xff; }
   unsigned own() const { return bits_ >> 24 & 0xff; }
   unsigned repeated() const { return bits_ >> 32 & 0xff; }
-  unsigned open() const { return bits_ >> 40 & 0xff; }
   /// Whether some child may name more than one neighbour.
   bool ambiguous() const { return ((axis(0) & axis(1)) | (axis(0) & axis(2)) | (axis(1) & axis(2))) != 0; }
 
@@ -60,15 +59,15 @@ class BlockShape {
     return order;
   }
 
-  /// The content where children that match several axes name the first of this order.
-  BlockContent content(const std::array<unsigned, 3>& order) const {
-    BlockContent content = kSpread3[own()] << 2 | kSpread3[repeated()] | open() << 24;
+  /// The operations where children that match several axes name the first of this order.
+  BlockOperations operations(const std::array<unsigned, 3>& order) const {
+    BlockOperations operations = kSpread3[own()] << 2 | kSpread3[repeated()];
     unsigned named = 0;
     for (const unsigned a : order) {
-      content |= kSpread3[axis(a) & ~named] * (1 + a);
+      operations |= kSpread3[axis(a) & ~named] * (1 + a);
       named |= axis(a);
     }
-    return content;
+    return operations;
   }
 
  private:
@@ -83,7 +82,7 @@ class BlockFinder {
   explicit BlockFinder(std::uint32_t b)
       : active_(csgv::nodes_of_level(csgv::levels_of_brick(b) - 2)), next_(active_.size()) {}
 
-  /// body(finest, shape, labels of the 8 children) for each block of a grid whose nodes outside the volume are filled.
+  /// body(finest, shape, mask of open children, labels of the 8 children) for each block of a grid whose nodes outside the volume are filled.
   template <class Body>
   void run(const csgv::LabelGrid& grid, Body&& body) {
     std::uint32_t count = grid.constant() ? 0 : 1;
@@ -94,7 +93,7 @@ class BlockFinder {
       for (std::uint32_t k = 0; k < count; ++k) {
         const std::uint32_t n = active_[k];
         const unsigned open = finest ? 0 : ~grid.constant_children(l - 1, n) & 0xff;
-        body(finest, shape_of(grid, l, n, open), grid.labels(l) + 8 * n);
+        body(finest, shape_of(grid, l, n), open, grid.labels(l) + 8 * n);
         for (unsigned rest = open; rest != 0; rest &= rest - 1) {
           next_[next_count++] = 8 * n + static_cast<std::uint32_t>(std::countr_zero(rest));
         }
@@ -105,12 +104,12 @@ class BlockFinder {
   }
 
  private:
-  static BlockShape shape_of(const csgv::LabelGrid& grid, unsigned l, std::uint32_t n, unsigned open) {
+  static BlockShape shape_of(const csgv::LabelGrid& grid, unsigned l, std::uint32_t n) {
     const std::uint32_t* nodes = grid.labels(l);
     const std::uint32_t* parents = grid.labels(l - 1);
     const csgv::Lanes lanes = csgv::Lanes::load(nodes + 8 * n);
     const unsigned differs = ~lanes.equal(csgv::Lanes::broadcast(parents[n])) & 0xff;
-    if (differs == 0) return {{0, 0, 0}, 0, 0, open};
+    if (differs == 0) return {};
     auto axes = csgv::neighbour_matches(lanes, nodes, parents, n, csgv::nodes_of_level(l - 1) - 1, [](std::uint32_t) { return true; });
     for (unsigned& mask : axes) mask &= differs;
     const unsigned own = differs & ~(axes[0] | axes[1] | axes[2]);
@@ -121,7 +120,7 @@ class BlockFinder {
       if (rest != own && nodes[8 * n + c] == last) repeated |= 1u << c;
       last = nodes[8 * n + c];
     }
-    return {axes, own, repeated, open};
+    return {axes, own, repeated};
   }
 
   std::vector<std::uint32_t> active_, next_;  ///< open nodes of this level and the next

@@ -32,7 +32,7 @@ class ShapeStatistics final : public BrickStatistics {
  public:
   explicit ShapeStatistics(std::uint32_t b) : finder_(b) {}
   void add(const SourceBrick& brick) override {
-    finder_.run(brick.grid, [&](bool finest, const BlockShape& shape, const std::uint32_t*) { ++counts_[finest][shape.bits()]; });
+    finder_.run(brick.grid, [&](bool finest, const BlockShape& shape, unsigned, const std::uint32_t*) { ++counts_[finest][shape.bits()]; });
   }
   void merge(const BrickStatistics& other) override {
     const auto& others = static_cast<const ShapeStatistics&>(other).counts_;
@@ -130,8 +130,7 @@ Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned
   encoding.codes.assign(all.begin(), all.end());
   encoding.decoder = "csgvr_c";
   encoding.shared_words = largest;
-  // Hops, each with the blocks of half a run on most levels; the first walks down all of them.
-  encoding.cell_loops = (layout.levels + 4) << CVR_C_FINE_RUN_SHIFT >> 1;
+  encoding.cell_loops = 4 * (layout.levels + CVR_C_RUN);  // hops, each down some levels and past half a run
   encoding.brick_loops *= 2;
   encoding.buffers.push_back({"tables", std::as_bytes(std::span(code_.tables())), nullptr});
   return {};

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kHeaderWords = 160;
 constexpr std::uint64_t kMostDictionary = std::uint64_t{1} << 18;  ///< voxels of a group
 constexpr unsigned kMostPositionBits = 24;
+constexpr std::uint64_t kMaskReadBits = 56;  ///< behind the last mask: masks are read by 8 bytes
 
 }  // namespace
 
@@ -24,7 +25,7 @@ BrickError GroupCheck::run(std::span<const std::uint32_t> group, std::uint32_t m
   words_.assign(group.begin(), group.end());
   words_.resize(group.size() + kHeaderWords);
   group_ = {words_.data()};
-  limit_ = 32 * (group.size() - 1);
+  limit_ = 32 * (group.size() - 1);  // every read takes the word behind too
   const CsgvrcBrick head = shaders::cvr_c_open_group(group_, levels);
   if (head.dictionary_size > kMostDictionary || head.dictionary + std::uint64_t{head.dictionary_size} * head.label_bits > limit_) {
     return "the dictionary is longer than the group";
@@ -46,7 +47,7 @@ BrickError GroupCheck::check_table(std::uint32_t members, unsigned levels) {
   at += 5;
   std::uint32_t bricks = 0;
   for (std::uint32_t i = 0; i < members; ++i) bricks += cvr_c_take(group_, at, 1) ^ 1;
-  const std::uint64_t streams = at + std::uint64_t{bricks} * end_bits + std::uint64_t{members - bricks} * head.index_bits;
+  const std::uint64_t streams = (at + std::uint64_t{bricks} * end_bits + std::uint64_t{members - bricks} * head.index_bits + 7) / 8 * 8;
   std::uint64_t before = 0;
   for (std::uint32_t i = 0; i < bricks; ++i) {
     const std::uint64_t end = cvr_c_take(group_, at, end_bits);
@@ -57,14 +58,15 @@ BrickError GroupCheck::check_table(std::uint32_t members, unsigned levels) {
 }
 
 BrickError GroupCheck::check_header(const CsgvrcBrick& brick) const {
-  const std::uint32_t most_fine = csgv::nodes_of_level(brick.levels - 2);
-  if (brick.coarse_blocks == 0 || brick.coarse_blocks > csgv::nodes_before_level(brick.levels - 2)) return "the coarse blocks are none, or too many";
-  if (brick.fine_blocks > most_fine) return "the fine blocks are too many";
-  if (brick.position_bits > kMostPositionBits || brick.coarse.offset_bits > kMostPositionBits ||
-      brick.fine.offset_bits > kMostPositionBits || brick.opened_bits > kMostPositionBits) {
+  if (brick.coarse_blocks == 0 || brick.coarse_blocks > csgv::nodes_before_level(brick.levels - 2)) {
+    return "the coarse blocks are none, or too many";
+  }
+  if (brick.fine_blocks > csgv::nodes_of_level(brick.levels - 2)) return "the fine blocks are too many";
+  if (std::max({brick.position_bits, brick.coarse.sample_bits, brick.fine.sample_bits}) > kMostPositionBits) {
     return "the samples are wider than any position";
   }
   if (brick.coarse.first > brick.end || brick.fine.first > brick.end) return "the runs begin behind their brick";
+  if (brick.coarse.samples + kMaskReadBits > limit_ + 32) return "the group ends too soon behind the masks of a brick";
   return nullptr;
 }
 
@@ -76,57 +78,51 @@ BrickError GroupCheck::check_brick(std::uint32_t member, unsigned levels) {
   }
   if (brick.root >= brick.dictionary_size) return "the coarsest label leaves the dictionary";
   if (brick.constant) return nullptr;
-  level_ = 1;
-  blocks_of_level_ = 1;
-  blocks_of_next_ = 0;
-  opened_ = 0;
-  if (BrickError error = check_blocks(brick, false)) return error;
-  if (level_ + 1 != brick.levels || blocks_of_level_ != brick.fine_blocks) return "the fine blocks are not as many as the open nodes";
-  return check_blocks(brick, true);
+  if (BrickError error = check_masks(brick)) return error;
+  if (BrickError error = check_runs(brick, false)) return error;
+  return check_runs(brick, true);
 }
 
-BrickError GroupCheck::check_blocks(const CsgvrcBrick& brick, bool fine) {
+/// Each level has a block for each open node of the level before; the counts between the masks are right.
+BrickError GroupCheck::check_masks(const CsgvrcBrick& brick) const {
+  std::uint32_t number = 0;
+  std::uint32_t opened = 0;
+  std::uint32_t blocks = 1;  // of the level
+  for (unsigned level = 1; level + 1 < brick.levels; ++level) {
+    if (blocks > brick.coarse_blocks - number) return "there are more open nodes than coarse blocks";
+    const std::uint32_t before = opened;
+    for (const std::uint32_t end = number + blocks; number < end; ++number) {
+      const std::uint32_t record = brick.masks + number / CVR_C_RUN * CVR_C_MASKS_BITS;
+      if (number > 0 && number % CVR_C_RUN == 0 && cvr_c_bits(group_, record - CVR_C_COUNT_BITS, CVR_C_COUNT_BITS) != opened) {
+        return "the open nodes before a mask are miscounted";
+      }
+      opened += shaders::cvr_popcount32(cvr_c_mask(group_, brick, number));
+    }
+    blocks = opened - before;
+  }
+  if (number != brick.coarse_blocks) return "there are fewer open nodes than coarse blocks";
+  return blocks == brick.fine_blocks ? nullptr : "the fine blocks are not as many as the open nodes";
+}
+
+/// Every run is filled by codes of operations and by labels of the dictionary, and ends where the next begins.
+BrickError GroupCheck::check_runs(const CsgvrcBrick& brick, bool fine) const {
   const CsgvrcRuns& runs = fine ? brick.fine : brick.coarse;
-  for (std::uint32_t run = 0; run < runs.count; ++run) {
-    if (cvr_c_run_end(group_, runs, run) > runs.end || cvr_c_run_begin(group_, runs, run) > runs.end) return "a run leaves its brick";
-    if (!fine && cvr_c_opened_before(group_, brick, run) != opened_) return "a sample miscounts the open nodes";
-    if (BrickError error = check_run(brick, fine, run)) return error;
-  }
-  return nullptr;
-}
-
-BrickError GroupCheck::check_run(const CsgvrcBrick& brick, bool fine, std::uint32_t run) {
-  const unsigned shift = fine ? CVR_C_FINE_RUN_SHIFT : CVR_C_COARSE_RUN_SHIFT;
   const std::uint32_t blocks = fine ? brick.fine_blocks : brick.coarse_blocks;
-  const std::uint32_t end = cvr_c_run_end(group_, fine ? brick.fine : brick.coarse, run);
-  std::uint32_t at = cvr_c_run_begin(group_, fine ? brick.fine : brick.coarse, run);
-  std::uint32_t own = 0;
-  for (std::uint32_t k = run << shift; k < std::min(blocks, (run + 1) << shift); ++k) {
-    const BlockContent content = cvr_c_content(group_, tables_, fine, at);
-    if (at > end) return "the codes of a run are longer than the run";
-    if (!valid_operations(content)) return "an unknown operation";
-    own += shaders::cvr_popcount32(shaders::cvr_c_own_labels(content));
-    if (fine) continue;
-    if (blocks_of_level_ == 0) {
-      if (blocks_of_next_ == 0) return "there are more coarse blocks than open nodes";
-      blocks_of_level_ = blocks_of_next_;
-      blocks_of_next_ = 0;
-      ++level_;
+  std::uint32_t at = runs.first;
+  for (std::uint32_t k = 0; k < blocks;) {
+    const std::uint32_t end = cvr_c_run_end(group_, runs, k / CVR_C_RUN);
+    if (end < at || end > runs.end) return "a run leaves its brick";
+    std::uint32_t own = 0;
+    for (const std::uint32_t run_end = std::min(blocks, k + CVR_C_RUN); k < run_end; ++k) {
+      const BlockOperations operations = cvr_c_operations(group_, tables_, fine, at);
+      if (at > end) return "the codes of a run are longer than the run";
+      if (!valid_operations(operations)) return "an unknown operation";
+      own += shaders::cvr_popcount32(shaders::cvr_c_own_labels(operations));
     }
-    if (level_ + 1 == brick.levels) return "there are coarse blocks on the finest level";
-    --blocks_of_level_;
-    const std::uint32_t open = shaders::cvr_popcount32(content >> 24);
-    blocks_of_next_ += open;
-    opened_ += open;
-    // The last coarse block: its level must end with it.
-    if (k + 1 == blocks && blocks_of_level_ == 0) {
-      blocks_of_level_ = blocks_of_next_;
-      ++level_;
+    if (at + std::uint64_t{own} * brick.index_bits != end) return "the codes and labels of a run do not fill it";
+    for (; at < end; at += brick.index_bits) {
+      if (cvr_c_bits(group_, at, brick.index_bits) >= brick.dictionary_size) return "a label leaves the dictionary";
     }
-  }
-  if (at + std::uint64_t{own} * brick.index_bits != end) return "the codes and labels of a run do not fill it";
-  for (std::uint32_t i = 0; i < own; ++i, at += brick.index_bits) {
-    if (cvr_c_bits(group_, at, brick.index_bits) >= brick.dictionary_size) return "a label leaves the dictionary";
   }
   return nullptr;
 }

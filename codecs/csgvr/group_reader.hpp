@@ -35,20 +35,19 @@ class BlockReader {
       codes = csgv::kAdvance | (brick_.constant ? csgv::kStopBit : 0);
       return true;
     }
-    const unsigned shift = fine_ ? CVR_C_FINE_RUN_SHIFT : CVR_C_COARSE_RUN_SHIFT;
-    if ((next_ & ((1u << shift) - 1)) == 0) {
+    if (next_ % CVR_C_RUN == 0) {
       const shaders::CsgvrcRuns& runs = fine_ ? brick_.fine : brick_.coarse;
-      at_ = cvr_c_run_begin(words_, runs, next_ >> shift);
-      labels_at_ = cvr_c_run_end(words_, runs, next_ >> shift);
+      at_ = cvr_c_run_begin(words_, runs, next_ / CVR_C_RUN);
+      labels_at_ = cvr_c_run_end(words_, runs, next_ / CVR_C_RUN);
     }
-    ++next_;
-    const BlockContent content = cvr_c_content(words_, tables_, fine_, at_);
-    for (unsigned own = shaders::cvr_popcount32(shaders::cvr_c_own_labels(content)); own > 0; --own) {
+    const BlockOperations operations = cvr_c_operations(words_, tables_, fine_, at_);
+    for (unsigned own = shaders::cvr_popcount32(shaders::cvr_c_own_labels(operations)); own > 0; --own) {
       labels_at_ -= brick_.index_bits;
       labels_.push_back(label(cvr_c_bits(words_, labels_at_, brick_.index_bits)));
     }
-    codes = spread_operations(content & 0xffffff);
-    if (!fine_) codes |= csgv::kSpread[~content >> 24] * csgv::kStopBit;
+    codes = spread_operations(operations);
+    if (!fine_) codes |= csgv::kSpread[~cvr_c_mask(words_, brick_, next_) & 0xff] * csgv::kStopBit;
+    ++next_;
     return true;
   }
 
@@ -80,16 +79,13 @@ class GroupCheck {
   csgv::BrickError check_table(std::uint32_t members, unsigned levels);
   csgv::BrickError check_brick(std::uint32_t member, unsigned levels);
   csgv::BrickError check_header(const shaders::CsgvrcBrick& brick) const;
-  csgv::BrickError check_blocks(const shaders::CsgvrcBrick& brick, bool fine);
-  csgv::BrickError check_run(const shaders::CsgvrcBrick& brick, bool fine, std::uint32_t run);
+  csgv::BrickError check_masks(const shaders::CsgvrcBrick& brick) const;
+  csgv::BrickError check_runs(const shaders::CsgvrcBrick& brick, bool fine) const;
 
   shaders::Words tables_;
   std::vector<std::uint32_t> words_;  ///< the group, and zeros where a wrong header may look
   shaders::Words group_{};
   std::uint64_t limit_ = 0;           ///< bits of the group
-  std::uint32_t level_ = 0;           ///< of the next block, and how many blocks this and the next level have still to come
-  std::uint64_t blocks_of_level_ = 0, blocks_of_next_ = 0;
-  std::uint32_t opened_ = 0;          ///< open children of the blocks so far
 };
 
 }  // namespace cvr::codecs::csgvr

@@ -1,6 +1,7 @@
 #include "codecs/csgvr/group_writer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "shaders/shared/shared.hpp"
@@ -11,13 +12,15 @@ namespace {
 
 unsigned width(std::uint64_t most) { return static_cast<unsigned>(std::bit_width(most)); }
 
-std::uint32_t labels_of(BlockContent content) { return static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(content))); }
+std::uint32_t labels_of(const CodedBlock& block) {
+  return static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(block.operations)));
+}
 
-/// Numbers that grow about evenly, one for each run but the first, which has 0: as they are, or as what they are off a line.
+/// Where runs begin: as it is, or, of many runs, as what it is off a line. The first begins at 0 and has no sample.
 class Samples {
  public:
-  Samples(const std::vector<std::uint32_t>& numbers, unsigned plain_bits) : numbers_(numbers), linear_(numbers.size() > CVR_C_FEW_RUNS) {
-    bits_ = numbers.size() > 1 ? plain_bits : 0;
+  Samples(const std::vector<std::uint32_t>& numbers, unsigned plain_bits)
+      : numbers_(numbers), linear_(numbers.size() > CVR_C_FEW_RUNS), bits_(plain_bits) {
     if (!linear_) return;
     slope_ = static_cast<std::uint32_t>((std::uint64_t{numbers.back()} << CVR_C_SLOPE_SHIFT) / (numbers.size() - 1));
     bits_ = 1;
@@ -61,62 +64,46 @@ const CodedBlock& GroupWriter::coded(const BlockShape& shape, bool fine, const B
 }
 
 void GroupWriter::add(const csgv::LabelGrid& grid, const BlockCode& code) {
-  Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), blocks_.size(), 0, own_labels_.size()};
-  std::size_t coarse = 0;
-  finder_.run(grid, [&](bool finest, const BlockShape& shape, const std::uint32_t* labels) {
+  Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, own_labels_.size(), masks_.size()};
+  finder_.run(grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
     blocks_.push_back(coded(shape, finest, code));
-    coarse += finest ? 0 : 1;
+    if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
     for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
       own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
     }
   });
-  brick.fine_block = brick.first_block + coarse;
+  brick.fine_block = brick.first_block + masks_.size() - brick.first_mask;
   brick.end_block = blocks_.size();
   bricks_.push_back(brick);
 }
 
-GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end, unsigned run_shift) const {
+GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const {
   Runs runs{};
-  std::uint32_t opened = 0;
   for (std::size_t i = first; i < end; ++i) {
-    if (((i - first) & ((1u << run_shift) - 1)) == 0) {
-      runs.offsets.push_back(runs.bits);
-      runs.opened.push_back(opened);
-    }
-    runs.bits += blocks_[i].length + labels_of(blocks_[i].content) * index_bits_;
-    opened += static_cast<std::uint32_t>(std::popcount(blocks_[i].content >> 24));
+    if ((i - first) % CVR_C_RUN == 0) runs.offsets.push_back(runs.bits);
+    runs.bits += blocks_[i].length + labels_of(blocks_[i]) * index_bits_;
   }
   return runs;
 }
 
-void GroupWriter::write_samples(const Runs& coarse, const Runs& fine, unsigned position_bits) {
-  const Samples coarse_offsets(coarse.offsets, position_bits);
-  const Samples opened(coarse.opened, 3 * levels_ - 5);
-  const Samples fine_offsets(fine.offsets, position_bits);
-  const auto describe = [&](const Samples& samples, unsigned slope_bits) {
-    if (!samples.linear()) return;
-    streams_.append(samples.bits(), 5);
-    streams_.append(samples.slope(), slope_bits);
-  };
-  describe(coarse_offsets, 17);
-  describe(opened, 12);
-  describe(fine_offsets, 17);
-  for (std::size_t run = 1; run < coarse.offsets.size(); ++run) {
-    streams_.append(coarse_offsets.stored(run), coarse_offsets.bits());
-    streams_.append(opened.stored(run), opened.bits());
+void GroupWriter::write_masks(const Brick& brick) {
+  std::uint32_t opened = 0;
+  for (std::size_t i = 0; i < brick.fine_block - brick.first_block; ++i) {
+    if (i > 0 && i % CVR_C_RUN == 0) streams_.append(opened, CVR_C_COUNT_BITS);
+    const std::uint8_t mask = masks_[brick.first_mask + i];
+    streams_.append(mask, 8);
+    opened += static_cast<std::uint32_t>(std::popcount(mask));
   }
-  for (std::size_t run = 1; run < fine.offsets.size(); ++run) streams_.append(fine_offsets.stored(run), fine_offsets.bits());
 }
 
 /// Writes the codes of each run and then its labels, the last first; `label` moves to the next run's.
-void GroupWriter::write_runs(std::size_t first, std::size_t end, unsigned run_shift, std::size_t& label) {
-  for (std::size_t run = first; run < end; run += std::size_t{1} << run_shift) {
-    const std::size_t run_end = std::min(end, run + (std::size_t{1} << run_shift));
+void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& label) {
+  for (std::size_t run = first; run < end; run += CVR_C_RUN) {
     const std::size_t first_label = label;
-    for (std::size_t i = run; i < run_end; ++i) {
+    for (std::size_t i = run; i < std::min<std::size_t>(end, run + CVR_C_RUN); ++i) {
       streams_.append(blocks_[i].bits, blocks_[i].length);
       bits_.codes += blocks_[i].length;
-      label += labels_of(blocks_[i].content);
+      label += labels_of(blocks_[i]);
     }
     for (std::size_t i = label; i-- > first_label;) streams_.append(own_labels_[i], index_bits_);
     bits_.labels += (label - first_label) * index_bits_;
@@ -124,24 +111,65 @@ void GroupWriter::write_runs(std::size_t first, std::size_t end, unsigned run_sh
 }
 
 void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
-  const Runs coarse = runs_of(brick.first_block, brick.fine_block, CVR_C_COARSE_RUN_SHIFT);
-  const Runs fine = runs_of(brick.fine_block, brick.end_block, CVR_C_FINE_RUN_SHIFT);
-  const std::uint32_t begin = streams_.size();
+  const Runs coarse = runs_of(brick.first_block, brick.fine_block);
+  const Runs fine = runs_of(brick.fine_block, brick.end_block);
+  const std::array samples{Samples(coarse.offsets, position_bits), Samples(fine.offsets, position_bits)};
+  std::uint32_t before = streams_.size();
+  const auto count = [&](std::uint64_t& bits) {
+    bits += streams_.size() - before;
+    before = streams_.size();
+  };
   streams_.append(brick.fine_block - brick.first_block, 3 * levels_ - 8);
   streams_.append(brick.end_block - brick.fine_block - 1, 3 * levels_ - 6);
   streams_.append(brick.root, index_bits_);
   streams_.append(coarse.bits, position_bits);
-  bits_.header += streams_.size() - begin;
-  const std::uint32_t samples = streams_.size();
-  write_samples(coarse, fine, position_bits);
-  bits_.samples += streams_.size() - samples;
+  for (const Samples& s : samples) {
+    if (!s.linear()) continue;
+    streams_.append(s.bits(), 5);
+    streams_.append(s.slope(), 17);
+  }
+  streams_.append(0, (8 - streams_.size() % 8) % 8);
+  count(bits_.header);
+  write_masks(brick);
+  count(bits_.masks);
+  masks_end_ = streams_.size();
+  for (std::size_t run = 1; run < coarse.offsets.size(); ++run) streams_.append(samples[0].stored(run), samples[0].bits());
+  for (std::size_t run = 1; run < fine.offsets.size(); ++run) streams_.append(samples[1].stored(run), samples[1].bits());
+  count(bits_.samples);
   std::size_t label = brick.first_label;
-  write_runs(brick.first_block, brick.fine_block, CVR_C_COARSE_RUN_SHIFT, label);
-  write_runs(brick.fine_block, brick.end_block, CVR_C_FINE_RUN_SHIFT, label);
+  write_runs(brick.first_block, brick.fine_block, label);
+  write_runs(brick.fine_block, brick.end_block, label);
+}
+
+/// The table of the bricks, and the bricks.
+void GroupWriter::write_bricks() {
+  std::uint32_t longest = 0;
+  for (const Brick& brick : bricks_) {
+    longest = std::max({longest, runs_of(brick.first_block, brick.fine_block).bits, runs_of(brick.fine_block, brick.end_block).bits});
+  }
+  const unsigned position_bits = width(longest);
+  std::vector<std::uint32_t> ends;
+  for (const Brick& brick : bricks_) {
+    if (brick.constant()) continue;
+    write_brick(brick, position_bits);
+    ends.push_back(streams_.size());
+  }
+  const unsigned end_bits = width(streams_.size());
+  group_.append(bricks_.size() - 1, 6);
+  group_.append(end_bits, 5);
+  group_.append(position_bits, 5);
+  for (const Brick& brick : bricks_) group_.append(brick.constant() ? 1 : 0, 1);
+  for (const std::uint32_t end : ends) group_.append(end, end_bits);
+  for (const Brick& brick : bricks_) {
+    if (brick.constant()) group_.append(brick.root, index_bits_);
+  }
+  group_.append(0, (8 - group_.size() % 8) % 8);
+  masks_end_ += group_.size();
 }
 
 void GroupWriter::finish(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
   bits_ = {};
+  masks_end_ = 0;
   group_.clear();
   streams_.clear();
   index_bits_ = width(dictionary_.size() - 1);
@@ -150,50 +178,38 @@ void GroupWriter::finish(std::vector<std::uint32_t>& words, ByteBreakdown& bytes
   group_.append(index_bits_, 5);
   group_.append(dictionary_.size() - 1, index_bits_);
   for (const std::uint32_t label : dictionary_) group_.append(label, label_bits);
+  if (index_bits_ > 0) write_bricks();
   bits_.labels += label_bits * dictionary_.size();
-  if (index_bits_ > 0) {
-    std::uint32_t longest = 0;
-    for (const Brick& brick : bricks_) {
-      longest = std::max(longest, runs_of(brick.first_block, brick.fine_block, CVR_C_COARSE_RUN_SHIFT).bits);
-      longest = std::max(longest, runs_of(brick.fine_block, brick.end_block, CVR_C_FINE_RUN_SHIFT).bits);
-    }
-    const unsigned position_bits = width(longest);
-    std::vector<std::uint32_t> ends;
-    for (const Brick& brick : bricks_) {
-      if (brick.constant()) continue;
-      write_brick(brick, position_bits);
-      ends.push_back(streams_.size());
-    }
-    const unsigned end_bits = width(streams_.size());
-    group_.append(bricks_.size() - 1, 6);
-    group_.append(end_bits, 5);
-    group_.append(position_bits, 5);
-    for (const Brick& brick : bricks_) group_.append(brick.constant() ? 1 : 0, 1);
-    for (const std::uint32_t end : ends) group_.append(end, end_bits);
-    for (const Brick& brick : bricks_) {
-      if (brick.constant()) group_.append(brick.root, index_bits_);
-    }
-  }
   bits_.header += group_.size() - label_bits * dictionary_.size();
   group_.append(streams_);
-  // One word more than the bits need: every read takes the word behind too.
-  const std::size_t at = words.size();
-  words.resize(at + (group_.size() + 31) / 32 + 1);
-  for (std::size_t i = at; i < words.size(); ++i) {
-    const std::size_t half = i - at;
-    words[i] = half / 2 < group_.words().size() ? static_cast<std::uint32_t>(group_.words()[half / 2] >> (32 * (half % 2))) : 0;
-  }
-  const std::uint64_t whole = 4 * (words.size() - at);
-  bytes[ByteClass::kHeader] += bits_.header / 8;
-  bytes[ByteClass::kPalette] += bits_.labels / 8;
-  bytes[ByteClass::kRank] += bits_.samples / 8;
-  bytes[ByteClass::kOperations] += bits_.codes / 8;
-  bytes[ByteClass::kPadding] += whole - bits_.header / 8 - bits_.labels / 8 - bits_.samples / 8 - bits_.codes / 8;
+  append_group(words, bytes);
   bricks_.clear();
   blocks_.clear();
+  masks_.clear();
   own_labels_.clear();
   dictionary_.clear();
   indices_.clear();
+}
+
+/// One word more than the bits need, since every read takes the word behind too; and 8 bytes from the last mask on.
+void GroupWriter::append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+  const std::size_t at = words.size();
+  words.resize(at + std::max((group_.size() + 31) / 32 + 1, (masks_end_ + 56 + 31) / 32));
+  for (std::size_t half = 0; half < words.size() - at; ++half) {
+    const bool held = half / 2 < group_.words().size();
+    words[at + half] = held ? static_cast<std::uint32_t>(group_.words()[half / 2] >> (32 * (half % 2))) : 0;
+  }
+  std::uint64_t rest = 4 * (words.size() - at);
+  const auto add = [&](ByteClass byte_class, std::uint64_t bits) {
+    bytes[byte_class] += bits / 8;
+    rest -= bits / 8;
+  };
+  add(ByteClass::kHeader, bits_.header);
+  add(ByteClass::kPalette, bits_.labels);
+  add(ByteClass::kStopBits, bits_.masks);
+  add(ByteClass::kRank, bits_.samples);
+  add(ByteClass::kOperations, bits_.codes);
+  bytes[ByteClass::kPadding] += rest;
 }
 
 }  // namespace cvr::codecs::csgvr

@@ -27,13 +27,13 @@ class GroupWriter final : public csgv::PackWorkspace {
   struct Brick {
     std::uint32_t root;                             ///< dictionary index of its coarsest node
     std::size_t first_block, fine_block, end_block;  ///< in blocks_: all, those of the finest level, the next brick's
-    std::size_t first_label;                         ///< in own_labels_
+    std::size_t first_label, first_mask;             ///< in own_labels_, masks_
     bool constant() const { return first_block == end_block; }
   };
-  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first; how many open children before.
+  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first, and their bits together.
   struct Runs {
-    std::vector<std::uint32_t> offsets, opened;
-    std::uint32_t bits;  ///< all of them
+    std::vector<std::uint32_t> offsets;
+    std::uint32_t bits;
   };
   /// A code that was chosen for a shape.
   struct Chosen {
@@ -41,25 +41,29 @@ class GroupWriter final : public csgv::PackWorkspace {
     CodedBlock code{};
   };
   struct Bits {
-    std::uint64_t header, labels, samples, codes;
+    std::uint64_t header, labels, masks, samples, codes;
   };
 
   std::uint32_t index_of(std::uint32_t label);
   const CodedBlock& coded(const BlockShape& shape, bool fine, const BlockCode& code);
-  Runs runs_of(std::size_t first, std::size_t end, unsigned run_shift) const;
+  Runs runs_of(std::size_t first, std::size_t end) const;
+  void write_bricks();
   void write_brick(const Brick& brick, unsigned position_bits);
-  void write_samples(const Runs& coarse, const Runs& fine, unsigned position_bits);
-  void write_runs(std::size_t first, std::size_t end, unsigned run_shift, std::size_t& label);
+  void write_masks(const Brick& brick);
+  void write_runs(std::size_t first, std::size_t end, std::size_t& label);
+  void append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
 
   unsigned levels_;
   BlockFinder finder_;
   std::vector<Chosen> chosen_;  ///< by a hash of the shape
   std::vector<Brick> bricks_;
   std::vector<CodedBlock> blocks_;
+  std::vector<std::uint8_t> masks_;        ///< open children of the coarse blocks
   std::vector<std::uint32_t> own_labels_;  ///< dictionary indices
   std::vector<std::uint32_t> dictionary_;
   std::unordered_map<std::uint32_t, std::uint32_t> indices_;  ///< of labels in the dictionary
   unsigned index_bits_ = 0;
+  std::uint32_t masks_end_ = 0;  ///< bit behind the last mask of the group
   succinct::BitAppender group_, streams_;
   Bits bits_{};
 };

@@ -1,44 +1,43 @@
-// Random access into one brick of `csgvr-c`: variable-length codes for whole 2x2x2 blocks, with a sample every few blocks.
+// Random access into one brick of `csgvr-c`: variable-length codes for whole 2x2x2 blocks, with a sample every 16 blocks.
 //
 // Blocks. Node k of the open (not constant) nodes of a brick, numbered from 0 over all levels, coarsest first and in Morton order,
-// has block k: the operations of its eight children, 3 bits each, and, above the finest level, which of them are open. So the open
-// children of block k have the numbers 1 + (open children of the blocks before k) and following. Operation 4 is a label of its own, 5
-// the label of the last such child of the block; the others are those of csgvr.glsl.
-//
-// Content of a block: bits 0..23 the operations, bits 24..31 the open children (finest level: 0).
+// has block k: the operations of its eight children, child 0 in the lowest of 8 x 3 bits. Operation 4 is a label of its own, 5 the label of
+// the last such child of the block; the others are those of csgvr.glsl. Above the finest level a mask of 8 bits tells which children
+// are open, so the open children of block k are the nodes 1 + (open children of the blocks before k) and following.
 //
 // Codes. Two prefix codes a volume, for the blocks of the finest level and of all others. Tables, in 32-bit words:
-//   [2^11 entries, coarse][2^11 entries, fine][contents][further entries]
-// An entry is looked up by the next 11 bits, first bit lowest: bits 0..4 length, 5..23 the word of the content, 24..27 labels of its own,
-// 28..31 open children. Bits 28..31 = 15 are rare: with length 0 the code is longer, the next bits (their number in 24..27)
-// lead to an entry from word 5..23 on; with another length it is an escape. A fine escape is followed by 24 bits of operations, a coarse
-// one by 8 bits of open children and a fine code.
+//   [2^11 entries, coarse][2^11 entries, fine][operations][further entries]
+// An entry is looked up by the next 11 bits, first bit lowest: bits 0..4 length, 5..23 the word of the operations, 24..27 labels of its own.
+// Entries from 15 * 2^28 on are rare: with length 0 the code is longer, the next bits (their number in 24..27) lead to an entry from
+// word 5..23 on; another length is that of the escape, which the 24 bits of the operations follow.
 //
-// Runs of 16 coarse and 32 fine blocks. A run ends with the dictionary indices of its blocks' own labels, the first last, so that the codes
-// alone lie before the code that is asked for. Samples tell where a run begins, and how many open children are before it.
+// Runs of 16 blocks, of the finest level and of the others apart. A run ends with the dictionary indices of its blocks' own labels, the
+// first last, so that codes alone lie before the code that is asked for. Samples tell where a run begins.
 //
 // Group of bricks, in bits from its first word, first bit lowest:
 //   5  label bits - 1     5  index bits w     w  dictionary entries - 1     the labels of the dictionary
 //   if w > 0: 6  bricks - 1     5  end bits E     5  position bits P     1 a brick: whether it is constant
-//   E a brick that is not constant: its end, from the end of this table; w a constant brick: its label
-//   the bricks that are not constant
+//   E a brick that is not constant: its end, from the begin of the first; w a constant brick: its label
+//   zeros to a multiple of 8 bits; the bricks that are not constant
 // Brick of L levels:
-//   3L-8  coarse blocks     3L-6  fine blocks - 1     w  label of the coarsest node     P  begin of the fine codes, from the first code
-//   if more than 8 coarse runs: 5 offset bits, 17 offset slope, 5 opened bits, 12 opened slope
-//   if more than 8 fine runs: 5 offset bits, 17 offset slope
-//   the coarse samples (offset, opened), the fine samples (offset), of all runs but the first; the coarse runs; the fine runs
-// Of up to 8 runs a sample has P and 3L-5 bits and tells the number; of more, the number is slope * run / 16 + sample - 2^(bits-1).
+//   3L-8  coarse blocks     3L-6  fine blocks - 1     w  label of the coarsest node     P  begin of the fine runs, from the coarse ones
+//   twice, coarse and fine: if there are more than 8 runs 5 sample bits, 17 slope
+//   zeros to a multiple of 8 bits; the masks of the coarse blocks, after every 16 the open children so far in 16 bits
+//   the samples of all runs but the first, coarse and fine; the coarse runs; the fine runs
+// Of up to 8 runs a sample is P bits and the run's begin, from the first; of more the begin is slope * run / 16 + sample - 2^(bits-1).
 #ifndef CVR_CSGVR_C_GLSL
 #define CVR_CSGVR_C_GLSL
 
 #define CVR_C_LOOKUP_BITS 11u
 #define CVR_C_LOOKUP 2048u
 #define CVR_C_RARE 0xf0000000u      // entries from here on
-#define CVR_C_COARSE_RUN_SHIFT 4u
-#define CVR_C_FINE_RUN_SHIFT 5u
+#define CVR_C_RUN_SHIFT 4u
+#define CVR_C_RUN 16u
 #define CVR_C_FEW_RUNS 8u
 #define CVR_C_SLOPE_SHIFT 4u
 #define CVR_C_MOST_CODE_BITS 16u
+#define CVR_C_MASKS_BITS 144u       // masks of 16 blocks, and a count
+#define CVR_C_COUNT_BITS 16u
 #define CVR_C_PATH 6u               // blocks from the coarsest level to the finest, bricks of 64^3
 
 // Where the samples of the runs of one kind lie, and how they are read.
@@ -47,9 +46,8 @@ struct CsgvrcRuns {
   uint end;           // bit behind the last run
   uint count;
   uint samples;       // bit of the sample of run 1
-  uint sample_bits;   // of one sample
-  uint offset_bits;
-  uint offset_slope;
+  uint sample_bits;
+  uint slope;
 };
 
 struct CsgvrcBrick {
@@ -67,8 +65,7 @@ struct CsgvrcBrick {
   uint end;
   CsgvrcRuns coarse;
   CsgvrcRuns fine;
-  uint opened_bits;
-  uint opened_slope;
+  uint masks;             // bit of the first mask
 };
 
 CVR_FUNC uint cvr_c_cut(uint64_t pair, uint at, uint count) {
@@ -95,8 +92,7 @@ CVR_FUNC CsgvrcRuns cvr_c_no_runs() {
   runs.count = 0u;
   runs.samples = 0u;
   runs.sample_bits = 0u;
-  runs.offset_bits = 0u;
-  runs.offset_slope = 0u;
+  runs.slope = 0u;
   return runs;
 }
 
@@ -118,19 +114,17 @@ CVR_FUNC CsgvrcBrick cvr_c_open_group(Global words, uint levels) {
   brick.end = brick.begin;
   brick.coarse = cvr_c_no_runs();
   brick.fine = cvr_c_no_runs();
-  brick.opened_bits = 0u;
-  brick.opened_slope = 0u;
+  brick.masks = 0u;
   return brick;
 }
 
-CVR_FUNC uint cvr_c_run_count(uint blocks, uint shift) { return (blocks + (1u << shift) - 1u) >> shift; }
-
-// Reads how the samples of `runs` are stored: the two fields of each kind of number, where there are many runs.
-CVR_FUNC void cvr_c_open_samples(Global words, CVR_INOUT(uint) at, uint position_bits, CVR_INOUT(CsgvrcRuns) runs) {
-  runs.offset_bits = runs.count > 1u ? position_bits : 0u;
+// Reads how the samples of the runs of `blocks` blocks are stored.
+CVR_FUNC void cvr_c_open_samples(Global words, CVR_INOUT(uint) at, uint blocks, uint position_bits, CVR_INOUT(CsgvrcRuns) runs) {
+  runs.count = (blocks + CVR_C_RUN - 1u) >> CVR_C_RUN_SHIFT;
+  runs.sample_bits = position_bits;
   if (runs.count > CVR_C_FEW_RUNS) {
-    runs.offset_bits = cvr_c_take(words, at, 5u);
-    runs.offset_slope = cvr_c_take(words, at, 17u);
+    runs.sample_bits = cvr_c_take(words, at, 5u);
+    runs.slope = cvr_c_take(words, at, 17u);
   }
 }
 
@@ -149,7 +143,7 @@ CVR_FUNC CsgvrcBrick cvr_c_find(Global words, uint member, uint levels) {
   uint constants = cvr_popcount32(low) + cvr_popcount32(high);
   uint constants_before = cvr_popcount32(low & before_low) + cvr_popcount32(high & before_high);
   uint labels = at + (members - constants) * end_bits;
-  brick.begin = labels + constants * brick.index_bits;
+  brick.begin = (labels + constants * brick.index_bits + 7u) & ~7u;
   brick.end = brick.begin;
   brick.constant = (((member < 32u ? low : high) >> (member & 31u)) & 1u) == 1u;
   if (brick.constant) {
@@ -170,19 +164,11 @@ CVR_FUNC void cvr_c_open_brick(Global words, CVR_INOUT(CsgvrcBrick) brick) {
   brick.fine_blocks = cvr_c_take(words, at, 3u * levels - 6u) + 1u;
   brick.root = cvr_c_take(words, at, brick.index_bits);
   uint fine = cvr_c_take(words, at, brick.position_bits);
-  brick.coarse.count = cvr_c_run_count(brick.coarse_blocks, CVR_C_COARSE_RUN_SHIFT);
-  brick.fine.count = cvr_c_run_count(brick.fine_blocks, CVR_C_FINE_RUN_SHIFT);
-  cvr_c_open_samples(words, at, brick.position_bits, brick.coarse);
-  brick.opened_bits = brick.coarse.count > 1u ? 3u * levels - 5u : 0u;
-  if (brick.coarse.count > CVR_C_FEW_RUNS) {
-    brick.opened_bits = cvr_c_take(words, at, 5u);
-    brick.opened_slope = cvr_c_take(words, at, 12u);
-  }
-  cvr_c_open_samples(words, at, brick.position_bits, brick.fine);
-  brick.coarse.sample_bits = brick.coarse.offset_bits + brick.opened_bits;
-  brick.fine.sample_bits = brick.fine.offset_bits;
-  brick.coarse.samples = at;
-  brick.fine.samples = at + (brick.coarse.count - 1u) * brick.coarse.sample_bits;
+  cvr_c_open_samples(words, at, brick.coarse_blocks, brick.position_bits, brick.coarse);
+  cvr_c_open_samples(words, at, brick.fine_blocks, brick.position_bits, brick.fine);
+  brick.masks = (at + 7u) & ~7u;
+  brick.coarse.samples = brick.masks + 8u * brick.coarse_blocks + CVR_C_COUNT_BITS * ((brick.coarse_blocks - 1u) >> CVR_C_RUN_SHIFT);
+  brick.fine.samples = brick.coarse.samples + (brick.coarse.count - 1u) * brick.coarse.sample_bits;
   brick.coarse.first = brick.fine.samples + (brick.fine.count - 1u) * brick.fine.sample_bits;
   brick.fine.first = brick.coarse.first + fine;
   brick.coarse.end = brick.fine.first;
@@ -199,23 +185,24 @@ CVR_FUNC CsgvrcBrick cvr_c_open(Global words, uint member, uint levels) {
 // The words that hold a brick's bits, and the one behind them.
 CVR_FUNC uint cvr_c_words(CsgvrcBrick brick) { return (brick.end + 31u) / 32u - brick.begin / 32u + 1u; }
 
-// Moves a brick by `bits` towards the begin of its words, where only these have been copied.
-CVR_FUNC void cvr_c_rebase(uint bits, CVR_INOUT(CsgvrcRuns) runs) {
-  runs.first -= bits;
-  runs.end -= bits;
-  runs.samples -= bits;
-}
-
-// What a sample means.
-CVR_FUNC uint cvr_c_sampled(uint value, uint bits, uint slope, uint run, uint runs) {
-  return runs > CVR_C_FEW_RUNS ? ((slope * run) >> CVR_C_SLOPE_SHIFT) + value - ((1u << bits) >> 1) : value;
+// Moves an opened brick by whole words towards their begin, where only these have been copied.
+CVR_FUNC void cvr_c_rebase(CVR_INOUT(CsgvrcBrick) brick) {
+  uint bits = brick.begin & ~31u;
+  brick.masks -= bits;
+  brick.coarse.first -= bits;
+  brick.coarse.end -= bits;
+  brick.coarse.samples -= bits;
+  brick.fine.first -= bits;
+  brick.fine.end -= bits;
+  brick.fine.samples -= bits;
 }
 
 // The bit at which a run begins.
 CVR_FUNC uint cvr_c_run_begin(Words words, CsgvrcRuns runs, uint run) {
   if (run == 0u) return runs.first;
-  uint value = cvr_c_bits(words, runs.samples + (run - 1u) * runs.sample_bits, runs.offset_bits);
-  return runs.first + cvr_c_sampled(value, runs.offset_bits, runs.offset_slope, run, runs.count);
+  uint sample = cvr_c_bits(words, runs.samples + (run - 1u) * runs.sample_bits, runs.sample_bits);
+  if (runs.count > CVR_C_FEW_RUNS) sample += ((runs.slope * run) >> CVR_C_SLOPE_SHIFT) - ((1u << runs.sample_bits) >> 1);
+  return runs.first + sample;
 }
 
 // The bit behind a run.
@@ -223,45 +210,66 @@ CVR_FUNC uint cvr_c_run_end(Words words, CsgvrcRuns runs, uint run) {
   return run + 1u < runs.count ? cvr_c_run_begin(words, runs, run + 1u) : runs.end;
 }
 
-// Open children of the blocks before a coarse run.
-CVR_FUNC uint cvr_c_opened_before(Words words, CsgvrcBrick brick, uint run) {
-  if (run == 0u) return 0u;
-  uint at = brick.coarse.samples + (run - 1u) * brick.coarse.sample_bits + brick.coarse.offset_bits;
-  return cvr_c_sampled(cvr_c_bits(words, at, brick.opened_bits), brick.opened_bits, brick.opened_slope, run, brick.coarse.count);
+// The ones of the `count` < 128 bits from bit `at` on, a multiple of 8; bit `at + count` itself.
+CVR_FUNC uint cvr_c_ones(Words words, uint at, uint count, CVR_OUT(uint) bit) {
+#ifdef __cplusplus
+  uint64_t low, high;
+  const char* bytes = reinterpret_cast<const char*>(words.w) + at / 8u;
+  std::memcpy(&low, bytes, sizeof low);
+  std::memcpy(&high, bytes + (count < 64u ? 0u : 8u), sizeof high);
+  bit = static_cast<uint>(high >> (count & 63u)) & 1u;
+  return cvr_popcount(low & (count < 64u ? 0u : ~uint64_t{0})) + cvr_popcount(high & ((uint64_t{1} << (count & 63u)) - 1u));
+#else
+  uint last = (at + count) >> 5;
+  uint ones = 0u;
+  uint skipped = at & 31u;  // bits of the first word
+  for (uint w = at >> 5; w < last; ++w) {
+    ones += cvr_popcount32(cvr_read(words, w) >> skipped);
+    skipped = 0u;
+  }
+  uint word = cvr_read(words, last);
+  uint place = (at + count) & 31u;
+  bit = (word >> place) & 1u;
+  return ones + cvr_popcount32((word & ((1u << place) - 1u)) >> skipped);
+#endif
+}
+
+// Which children of a coarse block are open.
+CVR_FUNC uint cvr_c_mask(Words words, CsgvrcBrick brick, uint number) {
+  return cvr_c_bits(words, brick.masks + 8u * number + CVR_C_COUNT_BITS * (number >> CVR_C_RUN_SHIFT), 8u);
+}
+
+// The number of a child of a coarse block, among the open nodes of the brick. 0: the child is constant.
+CVR_FUNC uint cvr_c_child(Words words, CsgvrcBrick brick, uint number, uint child) {
+  uint record = number >> CVR_C_RUN_SHIFT;
+  uint at = brick.masks + record * CVR_C_MASKS_BITS;
+  uint open;
+  uint ones = cvr_c_ones(words, at, 8u * (number & (CVR_C_RUN - 1u)) + child, open);
+  if (open == 0u) return 0u;
+  return 1u + ones + (record == 0u ? 0u : cvr_c_bits(words, at - CVR_C_COUNT_BITS, CVR_C_COUNT_BITS));
 }
 
 // Bit 3c of each child c with a label of its own.
-CVR_FUNC uint cvr_c_own_labels(uint content) { return (content >> 2) & ~(content >> 1) & ~content & 0x249249u; }
+CVR_FUNC uint cvr_c_own_labels(uint operations) { return (operations >> 2) & ~(operations >> 1) & ~operations & 0x249249u; }
 
-// The entry of the code that `bits` begin with, which may be longer than the lookup.
-CVR_FUNC uint cvr_c_entry(Global tables, uint first, uint bits) {
-  uint entry = cvr_read_global(tables, first + (bits & (CVR_C_LOOKUP - 1u)));
-  if ((entry & 31u) != 0u) return entry;
-  uint further = (bits >> CVR_C_LOOKUP_BITS) & ((1u << ((entry >> 24) & 15u)) - 1u);
-  return cvr_read_global(tables, ((entry >> 5) & 0x7ffffu) + further);
-}
-
-// The content of the block whose code begins at bit `at`, which moves behind it.
-CVR_FUNC uint cvr_c_content(Words words, Global tables, bool fine, CVR_INOUT(uint) at) {
-  uint open = 0u;
-  uint entry = cvr_c_entry(tables, fine ? CVR_C_LOOKUP : 0u, cvr_c_bits(words, at, CVR_C_MOST_CODE_BITS));
-  at += entry & 31u;
-  if (!fine && entry >= CVR_C_RARE) {
-    uint bits = cvr_c_bits(words, at, 8u + CVR_C_MOST_CODE_BITS);
-    open = bits << 24;
-    entry = cvr_c_entry(tables, CVR_C_LOOKUP, bits >> 8);
-    at += 8u + (entry & 31u);
+// The operations of the block whose code begins at bit `at`, which moves behind it.
+CVR_FUNC uint cvr_c_operations(Words words, Global tables, bool fine, CVR_INOUT(uint) at) {
+  uint bits = cvr_c_bits(words, at, CVR_C_MOST_CODE_BITS);
+  uint entry = cvr_read_global(tables, (fine ? CVR_C_LOOKUP : 0u) + (bits & (CVR_C_LOOKUP - 1u)));
+  if ((entry & 31u) == 0u) {
+    uint further = (bits >> CVR_C_LOOKUP_BITS) & ((1u << ((entry >> 24) & 15u)) - 1u);
+    entry = cvr_read_global(tables, ((entry >> 5) & 0x7ffffu) + further);
   }
-  if (entry < CVR_C_RARE) return cvr_read_global(tables, (entry >> 5) & 0x7ffffu) | open;
-  uint operations = cvr_c_bits(words, at, 24u);
+  at += entry & 31u;
+  if (entry < CVR_C_RARE) return cvr_read_global(tables, (entry >> 5) & 0x7ffffu);
   at += 24u;
-  return operations | open;
+  return cvr_c_bits(words, at - 24u, 24u);
 }
 
-// Moves over `blocks` blocks from bit `at` on, and counts their labels and open children.
-CVR_FUNC void cvr_c_skip(Words words, Global tables, bool fine, uint blocks, CVR_INOUT(uint) at, CVR_INOUT(uint) own_labels,
-                         CVR_INOUT(uint) opened) {
+// Moves over `blocks` codes from bit `at` on. Returns their labels.
+CVR_FUNC uint cvr_c_skip(Words words, Global tables, bool fine, uint blocks, CVR_INOUT(uint) at) {
   uint first = fine ? CVR_C_LOOKUP : 0u;
+  uint own_labels = 0u;
   uint64_t window = uint64_t(0u);
   uint left = 0u;  // bits of the window
   for (uint k = 0u; k < blocks; ++k) {
@@ -275,15 +283,13 @@ CVR_FUNC void cvr_c_skip(Words words, Global tables, bool fine, uint blocks, CVR
       window >>= length;
       left -= length;
       at += length;
-      own_labels += (entry >> 24) & 15u;
-      opened += entry >> 28;
+      own_labels += entry >> 24;
     } else {
-      uint content = cvr_c_content(words, tables, fine, at);
-      own_labels += cvr_popcount32(cvr_c_own_labels(content));
-      opened += cvr_popcount32(content >> 24);
+      own_labels += cvr_popcount32(cvr_c_own_labels(cvr_c_operations(words, tables, fine, at)));
       left = 0u;
     }
   }
+  return own_labels;
 }
 
 // One entry of an array whose index is no constant: a chain of choices where indexed registers are memory.
@@ -301,39 +307,28 @@ uint cvr_c_pick(uint array[CVR_C_PATH], uint i) {
 #define CVR_C_PICK(array, i) cvr_c_pick(array, i)
 #endif
 
-// The blocks on the way to a node: entry l - 1 is the block with its ancestor at level l.
-struct CsgvrcPath {
-  uint content[CVR_C_PATH];
-  uint labels[CVR_C_PATH];   // its run << 8 | labels of its own before it in the run
-  uint opened[CVR_C_PATH];   // open children of the blocks before
-};
-
-// Reads block `number` of level `level` into the path.
-CVR_FUNC void cvr_c_read_block(Words words, Global tables, CsgvrcBrick brick, uint level, uint number, CVR_INOUT(CsgvrcPath) path) {
-  bool fine = level + 1u == brick.levels;
-  uint shift = fine ? CVR_C_FINE_RUN_SHIFT : CVR_C_COARSE_RUN_SHIFT;
-  uint k = fine ? number - brick.coarse_blocks : number;
-  uint run = k >> shift;
-  uint opened = 0u;
-  uint at;
-  if (fine) {
-    at = cvr_c_run_begin(words, brick.fine, run);
-  } else {
-    at = cvr_c_run_begin(words, brick.coarse, run);
-    opened = cvr_c_opened_before(words, brick, run);
-  }
-  uint own_labels = 0u;
-  cvr_c_skip(words, tables, fine, k & ((1u << shift) - 1u), at, own_labels, opened);
-  uint content = cvr_c_content(words, tables, fine, at);
-  CVR_C_PUT(path.content, level - 1u, content);
-  CVR_C_PUT(path.labels, level - 1u, run << 8 | own_labels);
-  CVR_C_PUT(path.opened, level - 1u, opened);
-}
-
-// The level down to which the paths to (n, level) and (m, deeper), not above it, share their blocks.
+// The level down to which the ways to (n, level) and (m, deeper), not above it, lead through the same blocks.
 CVR_FUNC uint cvr_c_shared_level(uint n, uint level, uint m, uint deeper) {
   uint differs = (n ^ (m >> (3u * (deeper - level)))) >> 3;
   return differs == 0u ? level : level - (cvr_highest_bit(differs) / 3u + 1u);
+}
+
+// Reads the operation of child `child` of block `number`. If it is a label of the block's own, `index` is that label's.
+CVR_FUNC uint cvr_c_operation(Words words, Global tables, CsgvrcBrick brick, bool fine, uint number, uint child, CVR_INOUT(uint) index) {
+  CsgvrcRuns runs;
+  if (fine) runs = brick.fine;
+  else runs = brick.coarse;
+  uint k = fine ? number - brick.coarse_blocks : number;
+  uint run = k >> CVR_C_RUN_SHIFT;
+  uint at = cvr_c_run_begin(words, runs, run);
+  uint labels = cvr_c_skip(words, tables, fine, k & (CVR_C_RUN - 1u), at);
+  uint operations = cvr_c_operations(words, tables, fine, at);
+  uint operation = (operations >> (3u * child)) & 7u;
+  if (operation >= CVR_OP_ADVANCE) {
+    labels += cvr_popcount32(cvr_c_own_labels(operations) & ((1u << (3u * child)) - 1u)) + (operation == CVR_OP_ADVANCE ? 1u : 0u);
+    index = cvr_c_bits(words, cvr_c_run_end(words, runs, run) - labels * brick.index_bits, brick.index_bits);
+  }
+  return operation;
 }
 
 // Dictionary index of a node's label. `hops` counts the operations read. False on a chain that no encoder writes.
@@ -341,37 +336,23 @@ CVR_FUNC bool cvr_c_index(Words words, Global tables, CsgvrcBrick brick, uint n,
                           CVR_INOUT(uint) hops) {
   index = brick.root;
   if (brick.constant) return true;
-  CsgvrcPath path;
-  uint known = 0u;  // levels of the path that are n's
+  uint path[CVR_C_PATH];  // entry l - 1: the block with the ancestor at level l
+  path[0] = 0u;
+  uint known = 1u;        // levels of the path that are n's
   while (level > 0u) {
     while (known < level) {
-      uint number = 0u;
-      if (known > 0u) {
-        uint child = (n >> (3u * (level - known))) & 7u;
-        uint open = CVR_C_PICK(path.content, known - 1u) >> 24;
-        if (((open >> child) & 1u) == 0u) {  // constant: the label is the ancestor's
-          n >>= 3u * (level - known);
-          level = known;
-          break;
-        }
-        number = 1u + CVR_C_PICK(path.opened, known - 1u) + cvr_popcount32(open & ((1u << child) - 1u));
+      uint number = cvr_c_child(words, brick, CVR_C_PICK(path, known - 1u), (n >> (3u * (level - known))) & 7u);
+      if (number == 0u) {  // constant: the label is the ancestor's
+        n >>= 3u * (level - known);
+        level = known;
+        break;
       }
+      CVR_C_PUT(path, known, number);
       known += 1u;
-      cvr_c_read_block(words, tables, brick, known, number, path);
     }
     hops += 1u;
-    uint content = CVR_C_PICK(path.content, level - 1u);
-    uint child = n & 7u;
-    uint operation = (content >> (3u * child)) & 7u;
-    if (operation >= CVR_OP_ADVANCE) {
-      uint labels = CVR_C_PICK(path.labels, level - 1u);
-      uint before = cvr_popcount32(cvr_c_own_labels(content) & ((1u << (3u * child)) - 1u)) + (operation == CVR_OP_ADVANCE ? 1u : 0u);
-      uint back = ((labels & 255u) + before) * brick.index_bits;
-      uint end = level + 1u == brick.levels ? cvr_c_run_end(words, brick.fine, labels >> 8)
-                                            : cvr_c_run_end(words, brick.coarse, labels >> 8);
-      index = cvr_c_bits(words, end - back, brick.index_bits);
-      return index < brick.dictionary_size;
-    }
+    uint operation = cvr_c_operation(words, tables, brick, level + 1u == brick.levels, CVR_C_PICK(path, level - 1u), n & 7u, index);
+    if (operation >= CVR_OP_ADVANCE) return index < brick.dictionary_size;
     uint m = n;
     uint deeper = level;
     if (!cvr_csgvr_follow(operation, n, level)) return false;
