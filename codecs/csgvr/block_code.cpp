@@ -19,10 +19,10 @@ using volumes::fail;
 namespace {
 
 constexpr unsigned kFitRounds = 3;  ///< shapes are given the contents that the last round's code makes short
-constexpr unsigned kMostLength = CVR_C_MOST_CODE_BITS;
-constexpr std::uint32_t kRawBits = 24;        ///< operations after an escape
+constexpr unsigned kMostLength = CVR_C_CODE_BITS;
+constexpr std::uint32_t kRawBits = CVR_C_RAW_BITS;
 constexpr std::uint32_t kPatterns = 1679616;  ///< 6^8
-constexpr std::uint64_t kMostPatterns = std::uint64_t{1} << 14;
+constexpr std::uint64_t kMostPatterns = std::uint64_t{1} << 12;  ///< of a code, half of what 13 bits could tell apart
 /// What a pattern must save to be worth its place in the table, and the escape that is expected before there is one.
 constexpr double kWorthBits = 25;
 constexpr double kExpectedEscape = 4;
@@ -231,45 +231,23 @@ Expected<void> BlockCode::read(ByteReader& in) {
   return {};
 }
 
-/// Enters the codes of a side into the lookup from word `first` on; its patterns lie from word `patterns_at` on.
-void BlockCode::add_lookups(const Side& side, std::size_t first, std::size_t patterns_at) {
-  std::array<unsigned, CVR_C_LOOKUP> further{};  // bits of the longest code behind each lookup
-  for (const Code& code : side.codes) {
-    if (code.length <= CVR_C_LOOKUP_BITS) continue;
-    unsigned& bits = further[code.bits % CVR_C_LOOKUP];
-    bits = std::max(bits, code.length - CVR_C_LOOKUP_BITS);
-  }
-  for (std::uint32_t i = 0; i < CVR_C_LOOKUP; ++i) {
-    if (further[i] == 0) continue;
-    tables_[first + i] = CVR_C_RARE | further[i] << 24 | static_cast<std::uint32_t>(tables_.size()) << 5;
-    tables_.resize(tables_.size() + (std::size_t{1} << further[i]));
-  }
-  for (std::size_t i = 0; i < side.codes.size(); ++i) {
-    const auto [bits, length] = side.codes[i];
-    std::uint32_t entry = CVR_C_RARE | length;
-    if (i < side.patterns.size()) {
-      entry = length | static_cast<std::uint32_t>(patterns_at + i) << 5 |
-              static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(side.patterns[i]))) << 24;
-    }
-    std::size_t at = first + bits;
-    std::size_t end = first + CVR_C_LOOKUP;
-    std::uint32_t stride = 1u << length;
-    if (length > CVR_C_LOOKUP_BITS) {
-      const std::uint32_t link = tables_[first + bits % CVR_C_LOOKUP];
-      at = (link >> 5 & 0x7ffff) + (bits >> CVR_C_LOOKUP_BITS);
-      end = (link >> 5 & 0x7ffff) + (std::size_t{1} << (link >> 24 & 15));
-      stride = 1u << (length - CVR_C_LOOKUP_BITS);
-    }
-    for (; at < end; at += stride) tables_[at] = entry;
-  }
-}
-
-/// [lookup, coarse][lookup, fine][patterns, coarse][patterns, fine][entries of longer codes]
+/// As shaders/shared/csgvr_c.glsl has them.
 void BlockCode::build_tables() {
-  tables_.assign(2 * CVR_C_LOOKUP, 0);
-  for (const Side& side : sides_) tables_.insert(tables_.end(), side.patterns.begin(), side.patterns.end());
-  add_lookups(sides_[0], 0, 2 * CVR_C_LOOKUP);
-  add_lookups(sides_[1], CVR_C_LOOKUP, 2 * CVR_C_LOOKUP + sides_[0].patterns.size());
+  tables_.assign(CVR_C_OPERATIONS, 0);
+  for (unsigned fine = 0; fine < 2; ++fine) {
+    const Side& side = sides_[fine];
+    for (std::size_t k = 0; k < side.codes.size(); ++k) {
+      const auto [bits, length] = side.codes[k];
+      const bool escape = k == side.patterns.size();
+      const std::uint32_t labels = escape ? 15u : static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(side.patterns[k])));
+      const auto place = escape ? 0u : static_cast<std::uint32_t>(tables_.size() - CVR_C_OPERATIONS + k);
+      for (std::uint32_t i = fine * CVR_C_LOOKUP + bits; i < (fine + 1) * CVR_C_LOOKUP; i += 1u << length) {
+        tables_[i / 4] |= (length | labels << 4) << (8 * (i % 4));
+        tables_[CVR_C_PLACES + i / 2] |= place << (16 * (i % 2));
+      }
+    }
+    tables_.insert(tables_.end(), side.patterns.begin(), side.patterns.end());
+  }
 }
 
 }  // namespace cvr::codecs::csgvr

@@ -67,7 +67,6 @@ class BlockCode {
   static CodedBlock code_of(BlockOperations operations, const Side& side);
   static void fit_side(Side& side, const PatternCounts& counts);
   void build_tables();
-  void add_lookups(const Side& side, std::size_t first, std::size_t patterns_at);
 
   std::array<Side, 2> sides_;  ///< coarse, fine
   std::vector<std::uint32_t> tables_;

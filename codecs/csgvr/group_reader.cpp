@@ -62,11 +62,11 @@ BrickError GroupCheck::check_header(const CsgvrcBrick& brick) const {
     return "the coarse blocks are none, or too many";
   }
   if (brick.fine_blocks > csgv::nodes_of_level(brick.levels - 2)) return "the fine blocks are too many";
-  if (std::max({brick.position_bits, brick.coarse.sample_bits, brick.fine.sample_bits}) > kMostPositionBits) {
+  if (std::max({brick.position_bits, brick.runs[0].sample_bits, brick.runs[1].sample_bits}) > kMostPositionBits) {
     return "the samples are wider than any position";
   }
-  if (brick.coarse.first > brick.end || brick.fine.first > brick.end) return "the runs begin behind their brick";
-  if (brick.coarse.samples + kMaskReadBits > limit_ + 32) return "the group ends too soon behind the masks of a brick";
+  if (brick.runs[0].first > brick.end || brick.runs[1].first > brick.end) return "the runs begin behind their brick";
+  if (brick.runs[0].samples + kMaskReadBits > limit_ + 32) return "the group ends too soon behind the masks of a brick";
   return nullptr;
 }
 
@@ -106,7 +106,7 @@ BrickError GroupCheck::check_masks(const CsgvrcBrick& brick) const {
 
 /// Every run is filled by codes of operations and by labels of the dictionary, and ends where the next begins.
 BrickError GroupCheck::check_runs(const CsgvrcBrick& brick, bool fine) const {
-  const CsgvrcRuns& runs = fine ? brick.fine : brick.coarse;
+  const CsgvrcRuns& runs = brick.runs[fine ? 1 : 0];
   const std::uint32_t blocks = fine ? brick.fine_blocks : brick.coarse_blocks;
   std::uint32_t at = runs.first;
   for (std::uint32_t k = 0; k < blocks;) {

@@ -36,7 +36,7 @@ class BlockReader {
       return true;
     }
     if (next_ % CVR_C_RUN == 0) {
-      const shaders::CsgvrcRuns& runs = fine_ ? brick_.fine : brick_.coarse;
+      const shaders::CsgvrcRuns& runs = brick_.runs[fine_ ? 1 : 0];
       at_ = cvr_c_run_begin(words_, runs, next_ / CVR_C_RUN);
       labels_at_ = cvr_c_run_end(words_, runs, next_ / CVR_C_RUN);
     }

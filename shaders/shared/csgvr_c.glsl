@@ -5,12 +5,11 @@
 // the last such child of the block; the others are those of csgvr.glsl. Above the finest level a mask of 8 bits tells which children
 // are open, so the open children of block k are the nodes 1 + (open children of the blocks before k) and following.
 //
-// Codes. Two prefix codes a volume, for the blocks of the finest level and of all others. Tables, in 32-bit words:
-//   [2^11 entries, coarse][2^11 entries, fine][operations][further entries]
-// An entry is looked up by the next 11 bits, first bit lowest: bits 0..4 length, 5..23 the word of the operations, 24..27 labels of its own.
-// Entries from 15 * 2^28 on are rare: with length 0 the code is longer, the next bits (their number in 24..27) lead to an entry from
-// word 5..23 on; another length is that of the escape, which the 24 bits of the operations follow.
-//
+// Codes. Two prefix codes a volume, for the blocks of the finest level and of all others, of at most 13 bits, looked up by the next 13 bits,
+// first bit lowest. An escape is followed by the 24 bits of the operations. Tables, each for the coarse code, then for the fine one:
+//   2^13 bytes: bits 0..3 length, 4..7 labels of its own; 15 of them: the escape
+//   2^13 x 16 bits: place among the operations
+//   32-bit words of operations: from the word 3 * 2^12 + (the first of the code's places) on
 // Runs of 16 blocks, of the finest level and of the others apart. A run ends with the dictionary indices of its blocks' own labels, the
 // first last, so that codes alone lie before the code that is asked for. Samples tell where a run begins.
 //
@@ -28,14 +27,16 @@
 #ifndef CVR_CSGVR_C_GLSL
 #define CVR_CSGVR_C_GLSL
 
-#define CVR_C_LOOKUP_BITS 11u
-#define CVR_C_LOOKUP 2048u
-#define CVR_C_RARE 0xf0000000u      // entries from here on
+#define CVR_C_CODE_BITS 13u         // at most
+#define CVR_C_LOOKUP 8192u
+#define CVR_C_PLACES 4096u          // word at which the places begin
+#define CVR_C_OPERATIONS 12288u     // and the operations
+#define CVR_C_ESCAPE 240u           // lengths from here on
+#define CVR_C_RAW_BITS 24u
 #define CVR_C_RUN_SHIFT 4u
 #define CVR_C_RUN 16u
 #define CVR_C_FEW_RUNS 8u
 #define CVR_C_SLOPE_SHIFT 4u
-#define CVR_C_MOST_CODE_BITS 16u
 #define CVR_C_MASKS_BITS 144u       // masks of 16 blocks, and a count
 #define CVR_C_COUNT_BITS 16u
 #define CVR_C_PATH 6u               // blocks from the coarsest level to the finest, bricks of 64^3
@@ -63,8 +64,7 @@ struct CsgvrcBrick {
   uint fine_blocks;
   uint begin;             // of the brick's bits
   uint end;
-  CsgvrcRuns coarse;
-  CsgvrcRuns fine;
+  CsgvrcRuns runs[2];     // coarse, fine
   uint masks;             // bit of the first mask
 };
 
@@ -112,8 +112,8 @@ CVR_FUNC CsgvrcBrick cvr_c_open_group(Global words, uint levels) {
   brick.fine_blocks = 0u;
   brick.begin = at + brick.dictionary_size * brick.label_bits;
   brick.end = brick.begin;
-  brick.coarse = cvr_c_no_runs();
-  brick.fine = cvr_c_no_runs();
+  brick.runs[0] = cvr_c_no_runs();
+  brick.runs[1] = cvr_c_no_runs();
   brick.masks = 0u;
   return brick;
 }
@@ -164,15 +164,15 @@ CVR_FUNC void cvr_c_open_brick(Global words, CVR_INOUT(CsgvrcBrick) brick) {
   brick.fine_blocks = cvr_c_take(words, at, 3u * levels - 6u) + 1u;
   brick.root = cvr_c_take(words, at, brick.index_bits);
   uint fine = cvr_c_take(words, at, brick.position_bits);
-  cvr_c_open_samples(words, at, brick.coarse_blocks, brick.position_bits, brick.coarse);
-  cvr_c_open_samples(words, at, brick.fine_blocks, brick.position_bits, brick.fine);
+  cvr_c_open_samples(words, at, brick.coarse_blocks, brick.position_bits, brick.runs[0]);
+  cvr_c_open_samples(words, at, brick.fine_blocks, brick.position_bits, brick.runs[1]);
   brick.masks = (at + 7u) & ~7u;
-  brick.coarse.samples = brick.masks + 8u * brick.coarse_blocks + CVR_C_COUNT_BITS * ((brick.coarse_blocks - 1u) >> CVR_C_RUN_SHIFT);
-  brick.fine.samples = brick.coarse.samples + (brick.coarse.count - 1u) * brick.coarse.sample_bits;
-  brick.coarse.first = brick.fine.samples + (brick.fine.count - 1u) * brick.fine.sample_bits;
-  brick.fine.first = brick.coarse.first + fine;
-  brick.coarse.end = brick.fine.first;
-  brick.fine.end = brick.end;
+  brick.runs[0].samples = brick.masks + 8u * brick.coarse_blocks + CVR_C_COUNT_BITS * ((brick.coarse_blocks - 1u) >> CVR_C_RUN_SHIFT);
+  brick.runs[1].samples = brick.runs[0].samples + (brick.runs[0].count - 1u) * brick.runs[0].sample_bits;
+  brick.runs[0].first = brick.runs[1].samples + (brick.runs[1].count - 1u) * brick.runs[1].sample_bits;
+  brick.runs[1].first = brick.runs[0].first + fine;
+  brick.runs[0].end = brick.runs[1].first;
+  brick.runs[1].end = brick.end;
 }
 
 // Reads the header of the brick `member` of a group.
@@ -189,12 +189,12 @@ CVR_FUNC uint cvr_c_words(CsgvrcBrick brick) { return (brick.end + 31u) / 32u - 
 CVR_FUNC void cvr_c_rebase(CVR_INOUT(CsgvrcBrick) brick) {
   uint bits = brick.begin & ~31u;
   brick.masks -= bits;
-  brick.coarse.first -= bits;
-  brick.coarse.end -= bits;
-  brick.coarse.samples -= bits;
-  brick.fine.first -= bits;
-  brick.fine.end -= bits;
-  brick.fine.samples -= bits;
+  brick.runs[0].first -= bits;
+  brick.runs[0].end -= bits;
+  brick.runs[0].samples -= bits;
+  brick.runs[1].first -= bits;
+  brick.runs[1].end -= bits;
+  brick.runs[1].samples -= bits;
 }
 
 // The bit at which a run begins.
@@ -252,18 +252,29 @@ CVR_FUNC uint cvr_c_child(Words words, CsgvrcBrick brick, uint number, uint chil
 // Bit 3c of each child c with a label of its own.
 CVR_FUNC uint cvr_c_own_labels(uint operations) { return (operations >> 2) & ~(operations >> 1) & ~operations & 0x249249u; }
 
+// Length and labels of the code that `bits` begin with, of a code whose entries begin at `first`.
+CVR_FUNC uint cvr_c_entry(Global tables, uint first, uint bits) {
+  uint i = first + (bits & (CVR_C_LOOKUP - 1u));
+#ifdef __cplusplus
+  return reinterpret_cast<const unsigned char*>(tables.w)[i];
+#else
+  return (cvr_read_global(tables, i >> 2) >> (8u * (i & 3u))) & 255u;
+#endif
+}
+
 // The operations of the block whose code begins at bit `at`, which moves behind it.
 CVR_FUNC uint cvr_c_operations(Words words, Global tables, bool fine, CVR_INOUT(uint) at) {
-  uint bits = cvr_c_bits(words, at, CVR_C_MOST_CODE_BITS);
-  uint entry = cvr_read_global(tables, (fine ? CVR_C_LOOKUP : 0u) + (bits & (CVR_C_LOOKUP - 1u)));
-  if ((entry & 31u) == 0u) {
-    uint further = (bits >> CVR_C_LOOKUP_BITS) & ((1u << ((entry >> 24) & 15u)) - 1u);
-    entry = cvr_read_global(tables, ((entry >> 5) & 0x7ffffu) + further);
+  uint first = fine ? CVR_C_LOOKUP : 0u;
+  uint bits = cvr_c_bits(words, at, CVR_C_CODE_BITS);
+  uint entry = cvr_c_entry(tables, first, bits);
+  at += entry & 15u;
+  if (entry >= CVR_C_ESCAPE) {
+    at += CVR_C_RAW_BITS;
+    return cvr_c_bits(words, at - CVR_C_RAW_BITS, CVR_C_RAW_BITS);
   }
-  at += entry & 31u;
-  if (entry < CVR_C_RARE) return cvr_read_global(tables, (entry >> 5) & 0x7ffffu);
-  at += 24u;
-  return cvr_c_bits(words, at - 24u, 24u);
+  uint i = first + bits;
+  uint place = (cvr_read_global(tables, CVR_C_PLACES + (i >> 1)) >> (16u * (i & 1u))) & 0xffffu;
+  return cvr_read_global(tables, CVR_C_OPERATIONS + place);
 }
 
 // Moves over `blocks` codes from bit `at` on. Returns their labels.
@@ -273,19 +284,19 @@ CVR_FUNC uint cvr_c_skip(Words words, Global tables, bool fine, uint blocks, CVR
   uint64_t window = uint64_t(0u);
   uint left = 0u;  // bits of the window
   for (uint k = 0u; k < blocks; ++k) {
-    if (left < CVR_C_LOOKUP_BITS) {
+    if (left < CVR_C_CODE_BITS) {
       window = cvr_word64(words, at >> 5) >> (at & 31u);
       left = 64u - (at & 31u);
     }
-    uint entry = cvr_read_global(tables, first + (uint(window) & (CVR_C_LOOKUP - 1u)));
-    if (entry < CVR_C_RARE) {
-      uint length = entry & 31u;
-      window >>= length;
-      left -= length;
-      at += length;
-      own_labels += entry >> 24;
-    } else {
-      own_labels += cvr_popcount32(cvr_c_own_labels(cvr_c_operations(words, tables, fine, at)));
+    uint entry = cvr_c_entry(tables, first, uint(window));
+    uint length = entry & 15u;
+    window >>= length;
+    left -= length;
+    at += length;
+    own_labels += entry >> 4;
+    if (entry >= CVR_C_ESCAPE) {
+      own_labels += cvr_popcount32(cvr_c_own_labels(cvr_c_bits(words, at, CVR_C_RAW_BITS))) - (entry >> 4);
+      at += CVR_C_RAW_BITS;
       left = 0u;
     }
   }
@@ -307,17 +318,40 @@ uint cvr_c_pick(uint array[CVR_C_PATH], uint i) {
 #define CVR_C_PICK(array, i) cvr_c_pick(array, i)
 #endif
 
+// As cvr_csgvr_follow, without branches that depend on the operation; not at level 0.
+CVR_FUNC bool cvr_c_follow(uint operation, CVR_INOUT(uint) n, CVR_INOUT(uint) level) {
+  uint axis = (operation - (operation == CVR_OP_PARENT ? 0u : 1u)) & 3u;
+  bool up = operation == CVR_OP_PARENT || ((n >> axis) & 1u) == 1u;
+  n = up ? n >> 3 : n;
+  level -= up ? 1u : 0u;
+  uint mask = CVR_MORTON_X << axis;
+  uint along = n & mask & ((1u << (3u * level)) - 1u);
+  uint border = up ? mask & ((1u << (3u * level)) - 1u) : 0u;
+  uint moved = (up ? (n | ~mask) + 1u : along - 1u) & mask;
+  n = operation == CVR_OP_PARENT ? n : (n & ~mask) | moved;
+  return operation == CVR_OP_PARENT || along != border;
+}
+
 // The level down to which the ways to (n, level) and (m, deeper), not above it, lead through the same blocks.
 CVR_FUNC uint cvr_c_shared_level(uint n, uint level, uint m, uint deeper) {
   uint differs = (n ^ (m >> (3u * (deeper - level)))) >> 3;
   return differs == 0u ? level : level - (cvr_highest_bit(differs) / 3u + 1u);
 }
 
+// By choices, where indexed registers are memory.
+CVR_FUNC CsgvrcRuns cvr_c_runs(CsgvrcBrick brick, bool fine) {
+#ifdef __cplusplus
+  return brick.runs[fine ? 1 : 0];
+#else
+  CsgvrcRuns runs = brick.runs[0];
+  if (fine) runs = brick.runs[1];
+  return runs;
+#endif
+}
+
 // Reads the operation of child `child` of block `number`. If it is a label of the block's own, `index` is that label's.
 CVR_FUNC uint cvr_c_operation(Words words, Global tables, CsgvrcBrick brick, bool fine, uint number, uint child, CVR_INOUT(uint) index) {
-  CsgvrcRuns runs;
-  if (fine) runs = brick.fine;
-  else runs = brick.coarse;
+  CsgvrcRuns runs = cvr_c_runs(brick, fine);
   uint k = fine ? number - brick.coarse_blocks : number;
   uint run = k >> CVR_C_RUN_SHIFT;
   uint at = cvr_c_run_begin(words, runs, run);
@@ -355,7 +389,7 @@ CVR_FUNC bool cvr_c_index(Words words, Global tables, CsgvrcBrick brick, uint n,
     if (operation >= CVR_OP_ADVANCE) return index < brick.dictionary_size;
     uint m = n;
     uint deeper = level;
-    if (!cvr_csgvr_follow(operation, n, level)) return false;
+    if (!cvr_c_follow(operation, n, level)) return false;
     known = cvr_c_shared_level(n, level, m, deeper);
   }
   return true;
