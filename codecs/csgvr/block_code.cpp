@@ -21,11 +21,14 @@ namespace {
 constexpr unsigned kFitRounds = 3;  ///< shapes are given the contents that the last round's code makes short
 constexpr unsigned kMostLength = CVR_C_CODE_BITS;
 constexpr std::uint32_t kRawBits = CVR_C_RAW_BITS;
+constexpr unsigned kEscapes = 9;  ///< by labels of their own
 constexpr std::uint32_t kPatterns = 1679616;  ///< 6^8
 constexpr std::uint64_t kMostPatterns = std::uint64_t{1} << 12;  ///< of a code, half of what 13 bits could tell apart
 /// What a pattern must save to be worth its place in the table, and the escape that is expected before there is one.
 constexpr double kWorthBits = 25;
 constexpr double kExpectedEscape = 4;
+
+unsigned labels_of(BlockOperations operations) { return static_cast<unsigned>(std::popcount(shaders::cvr_c_own_labels(operations))); }
 
 std::uint32_t number_of(BlockOperations operations) {
   std::uint32_t number = 0;
@@ -97,12 +100,14 @@ void BlockCode::Side::assign_codes() {
   for (std::uint32_t i = 0; i < patterns.size(); ++i) places.emplace(patterns[i], i);
 }
 
+const BlockCode::Code& BlockCode::Side::escape(BlockOperations operations) const { return codes[patterns.size() + labels_of(operations)]; }
+
 CodedBlock BlockCode::code_of(BlockOperations operations, const Side& side) {
   if (const auto place = side.places.find(operations); place != side.places.end()) {
     const Code& code = side.codes[place->second];
     return {code.bits, code.length, operations};
   }
-  const Code& escape = side.escape();
+  const Code& escape = side.escape(operations);
   return {escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits, operations};
 }
 
@@ -128,23 +133,21 @@ void BlockCode::fit_side(Side& side, const PatternCounts& counts) {
     std::uint64_t count;
   };
   std::vector<Candidate> candidates;
-  std::uint64_t escaped = 0;
+  std::array<std::uint64_t, kEscapes> escaped{};
   for (const auto& [pattern, count] : counts) {
     const auto times = static_cast<double>(count);
-    if (times * (kExpectedEscape + kRawBits - std::log2(static_cast<double>(total) / times)) > kWorthBits || pattern == 0) {
+    if (times * (kExpectedEscape + kRawBits - std::log2(static_cast<double>(total) / times)) > kWorthBits) {
       candidates.push_back({number_of(pattern), count});
     } else {
-      escaped += count;
+      escaped[labels_of(pattern)] += count;
     }
   }
-  if (!counts.contains(0)) candidates.push_back({0, 1});  // two codes at least
   if (candidates.size() > kMostPatterns) {
     std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {
       return a.count != b.count ? a.count > b.count : a.number < b.number;
     });
-    for (std::size_t i = kMostPatterns; i < candidates.size(); ++i) escaped += candidates[i].count;
+    for (std::size_t i = kMostPatterns; i < candidates.size(); ++i) escaped[labels_of(pattern_of(candidates[i].number))] += candidates[i].count;
     candidates.resize(kMostPatterns);
-    if (std::ranges::none_of(candidates, [](const Candidate& c) { return c.number == 0; })) candidates.back() = {0, 1};
   }
   std::ranges::sort(candidates, {}, &Candidate::number);
   std::vector<std::uint64_t> weights;
@@ -153,7 +156,7 @@ void BlockCode::fit_side(Side& side, const PatternCounts& counts) {
     side.patterns.push_back(pattern_of(c.number));
     weights.push_back(c.count);
   }
-  weights.push_back(std::max<std::uint64_t>(escaped, 1));
+  for (const std::uint64_t count : escaped) weights.push_back(std::max<std::uint64_t>(count, 1));
   side.lengths = entropy::prefix_code_lengths(weights, kMostLength);
   side.assign_codes();
 }
@@ -189,13 +192,13 @@ void BlockCode::write(ByteWriter& out) const {
       if (sum < fewest) best = p;
       fewest = std::min(fewest, sum);
     }
-    bits.append(gaps.size() - 1, 16);
+    bits.append(gaps.size(), 16);
     bits.append(best, 5);
     for (std::size_t i = 0; i < gaps.size(); ++i) {
       put_exp_golomb(bits, gaps[i], best);
       bits.append(side->lengths[i] - 1u, 4);
     }
-    bits.append(side->lengths.back() - 1u, 4);
+    for (std::size_t i = gaps.size(); i < side->lengths.size(); ++i) bits.append(side->lengths[i] - 1u, 4);
   }
   for (std::uint32_t i = 0; i < (bits.size() + 7) / 8; ++i) out.put(static_cast<std::uint8_t>(bits.words()[i / 8] >> (8 * (i % 8))));
 }
@@ -204,7 +207,7 @@ Expected<void> BlockCode::read(ByteReader& in) {
   BitReader bits(in.take(in.remaining()));
   for (Side* side : {&sides_[1], &sides_[0]}) {
     const std::string_view name = side == &sides_[1] ? "fine" : "coarse";
-    const std::uint64_t count = bits.take(16) + 1;
+    const std::uint64_t count = bits.take(16);
     const auto parameter = static_cast<unsigned>(bits.take(5));
     std::uint64_t next = 0;
     *side = {};
@@ -218,9 +221,9 @@ Expected<void> BlockCode::read(ByteReader& in) {
       side->patterns.push_back(pattern_of(static_cast<std::uint32_t>(number)));
       next = number + 1;
     }
-    side->lengths.push_back(static_cast<std::uint8_t>(bits.take(4) + 1));
+    for (unsigned i = 0; i < kEscapes; ++i) side->lengths.push_back(static_cast<std::uint8_t>(bits.take(4) + 1));
     if (bits.failed()) return fail(ErrorCode::kTruncated, fmt::format("{} code: the tables end within it", name));
-    if (count > kMostPatterns || !entropy::is_complete_prefix_code(side->lengths)) {
+    if (count > kMostPatterns || std::ranges::max(side->lengths) > kMostLength || !entropy::is_complete_prefix_code(side->lengths)) {
       return fail(ErrorCode::kMalformed, fmt::format("{} code: expected at most {} patterns, and lengths that use up all codes", name,
                                                      kMostPatterns));
     }
@@ -238,11 +241,12 @@ void BlockCode::build_tables() {
     const Side& side = sides_[fine];
     for (std::size_t k = 0; k < side.codes.size(); ++k) {
       const auto [bits, length] = side.codes[k];
-      const bool escape = k == side.patterns.size();
-      const std::uint32_t labels = escape ? 15u : static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(side.patterns[k])));
-      const auto place = escape ? 0u : static_cast<std::uint32_t>(tables_.size() - CVR_C_OPERATIONS + k);
+      const bool escape = k >= side.patterns.size();
+      const auto labels = static_cast<std::uint32_t>(escape ? k - side.patterns.size() : labels_of(side.patterns[k]));
+      const std::uint32_t entry = (escape ? length + kRawBits : length) | labels << 6;
+      const auto place = static_cast<std::uint32_t>(escape ? CVR_C_NO_PLACE : tables_.size() - CVR_C_OPERATIONS + k);
       for (std::uint32_t i = fine * CVR_C_LOOKUP + bits; i < (fine + 1) * CVR_C_LOOKUP; i += 1u << length) {
-        tables_[i / 4] |= (length | labels << 4) << (8 * (i % 4));
+        tables_[i / 2] |= entry << (16 * (i % 2));
         tables_[CVR_C_PLACES + i / 2] |= place << (16 * (i % 2));
       }
     }

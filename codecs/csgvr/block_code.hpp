@@ -1,9 +1,9 @@
 // The two prefix codes of `csgvr-c`, for the blocks of the finest level and of all others: fitting, storing, looking up.
 //
 // Stored as bits, first bit lowest, the fine code before the coarse one:
-//   16  patterns K - 1, K >= 1     5  parameter p
+//   16  patterns K     5  parameter p
 //   K times: Exp-Golomb code with parameter p of (number - number before - 1, the first: number)     4  code length - 1
-//   4   length of the escape - 1
+//   9 times: 4  length of the escape - 1, of blocks with 0 to 8 labels of their own
 // The number of a pattern is its operations in base 6, child 0 lowest. Exp-Golomb: q = value >> p; as many zeros as q + 1 has bits less
 // one, the bits of q + 1 from the highest on, the p low bits of the value.
 // The lookup tables are those of shaders/shared/csgvr_c.glsl.
@@ -53,13 +53,13 @@ class BlockCode {
     std::uint32_t bits;
     std::uint32_t length;
   };
-  /// One of the two codes: patterns in ascending order of their numbers, and after them the escape.
+  /// One of the two codes: patterns in ascending order of their numbers, and after them the escapes.
   struct Side {
     std::vector<BlockOperations> patterns;
     std::vector<std::uint8_t> lengths;
     std::vector<Code> codes;
     std::unordered_map<BlockOperations, std::uint32_t> places;  ///< of patterns
-    const Code& escape() const { return codes.back(); }
+    const Code& escape(BlockOperations operations) const;
     void assign_codes();
   };
   using PatternCounts = std::unordered_map<BlockOperations, std::uint64_t>;

@@ -14,7 +14,6 @@ namespace {
 
 /// Words that the header of a group or brick may take behind its begin, whatever its fields say, and the longest block.
 constexpr std::size_t kHeaderWords = 160;
-constexpr std::uint64_t kMostDictionary = std::uint64_t{1} << 18;  ///< voxels of a group
 constexpr unsigned kMostPositionBits = 24;
 constexpr std::uint64_t kMaskReadBits = 56;  ///< behind the last mask: masks are read by 8 bytes
 
@@ -27,10 +26,7 @@ BrickError GroupCheck::run(std::span<const std::uint32_t> group, std::uint32_t m
   group_ = {words_.data()};
   limit_ = 32 * (group.size() - 1);  // every read takes the word behind too
   const CsgvrcBrick head = shaders::cvr_c_open_group(group_, levels);
-  if (head.dictionary_size > kMostDictionary || head.dictionary + std::uint64_t{head.dictionary_size} * head.label_bits > limit_) {
-    return "the dictionary is longer than the group";
-  }
-  if (head.index_bits == 0) return nullptr;
+  if (head.index_bits == 0) return head.dictionary + head.label_bits <= limit_ ? nullptr : "the group is shorter than its label";
   if (BrickError error = check_table(members, levels)) return error;
   for (std::uint32_t member = 0; member < members; ++member) {
     if (BrickError error = check_brick(member, levels)) return error;
@@ -42,19 +38,19 @@ BrickError GroupCheck::run(std::span<const std::uint32_t> group, std::uint32_t m
 BrickError GroupCheck::check_table(std::uint32_t members, unsigned levels) {
   const CsgvrcBrick head = shaders::cvr_c_open_group(group_, levels);
   std::uint32_t at = head.begin;
-  if (cvr_c_take(group_, at, 6) + 1 != members) return "the group has more or fewer bricks than its place in the volume";
-  const std::uint32_t end_bits = cvr_c_take(group_, at, 5);
-  at += 5;
+  if (head.members != members) return "the group has more or fewer bricks than its place in the volume";
   std::uint32_t bricks = 0;
   for (std::uint32_t i = 0; i < members; ++i) bricks += cvr_c_take(group_, at, 1) ^ 1;
-  const std::uint64_t streams = (at + std::uint64_t{bricks} * end_bits + std::uint64_t{members - bricks} * head.index_bits + 7) / 8 * 8;
+  const std::uint64_t dictionary = at + std::uint64_t{bricks} * head.end_bits + std::uint64_t{members - bricks} * head.index_bits;
+  const std::uint64_t streams = (dictionary + std::uint64_t{head.dictionary_size} * head.label_bits + 7) / 8 * 8;
+  if (streams > limit_ + 7) return "the group is shorter than its header";
   std::uint64_t before = 0;
   for (std::uint32_t i = 0; i < bricks; ++i) {
-    const std::uint64_t end = cvr_c_take(group_, at, end_bits);
+    const std::uint64_t end = cvr_c_take(group_, at, head.end_bits);
     if (end < before || streams + end > limit_) return "a brick ends before it begins, or behind its group";
     before = end;
   }
-  return streams <= limit_ ? nullptr : "the group is shorter than the table of its bricks";
+  return nullptr;
 }
 
 BrickError GroupCheck::check_header(const CsgvrcBrick& brick) const {
@@ -92,8 +88,8 @@ BrickError GroupCheck::check_masks(const CsgvrcBrick& brick) const {
     if (blocks > brick.coarse_blocks - number) return "there are more open nodes than coarse blocks";
     const std::uint32_t before = opened;
     for (const std::uint32_t end = number + blocks; number < end; ++number) {
-      const std::uint32_t record = brick.masks + number / CVR_C_RUN * CVR_C_MASKS_BITS;
-      if (number > 0 && number % CVR_C_RUN == 0 && cvr_c_bits(group_, record - CVR_C_COUNT_BITS, CVR_C_COUNT_BITS) != opened) {
+      const std::uint32_t record = brick.masks + number / CVR_C_MASKS * CVR_C_MASKS_BITS;
+      if (number > 0 && number % CVR_C_MASKS == 0 && cvr_c_bits(group_, record - CVR_C_COUNT_BITS, CVR_C_COUNT_BITS) != opened) {
         return "the open nodes before a mask are miscounted";
       }
       opened += shaders::cvr_popcount32(cvr_c_mask(group_, brick, number));

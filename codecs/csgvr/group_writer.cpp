@@ -89,7 +89,7 @@ GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const
 void GroupWriter::write_masks(const Brick& brick) {
   std::uint32_t opened = 0;
   for (std::size_t i = 0; i < brick.fine_block - brick.first_block; ++i) {
-    if (i > 0 && i % CVR_C_RUN == 0) streams_.append(opened, CVR_C_COUNT_BITS);
+    if (i > 0 && i % CVR_C_MASKS == 0) streams_.append(opened, CVR_C_COUNT_BITS);
     const std::uint8_t mask = masks_[brick.first_mask + i];
     streams_.append(mask, 8);
     opened += static_cast<std::uint32_t>(std::popcount(mask));
@@ -141,7 +141,7 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
   write_runs(brick.fine_block, brick.end_block, label);
 }
 
-/// The table of the bricks, and the bricks.
+/// The rest of the header with the table of the bricks; the bricks go to streams_.
 void GroupWriter::write_bricks() {
   std::uint32_t longest = 0;
   for (const Brick& brick : bricks_) {
@@ -155,6 +155,7 @@ void GroupWriter::write_bricks() {
     ends.push_back(streams_.size());
   }
   const unsigned end_bits = width(streams_.size());
+  group_.append(dictionary_.size() - 1, CVR_C_DICTIONARY_BITS);
   group_.append(bricks_.size() - 1, 6);
   group_.append(end_bits, 5);
   group_.append(position_bits, 5);
@@ -163,8 +164,6 @@ void GroupWriter::write_bricks() {
   for (const Brick& brick : bricks_) {
     if (brick.constant()) group_.append(brick.root, index_bits_);
   }
-  group_.append(0, (8 - group_.size() % 8) % 8);
-  masks_end_ += group_.size();
 }
 
 void GroupWriter::finish(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
@@ -176,9 +175,10 @@ void GroupWriter::finish(std::vector<std::uint32_t>& words, ByteBreakdown& bytes
   const unsigned label_bits = std::max(1u, width(std::ranges::max(dictionary_)));
   group_.append(label_bits - 1, 5);
   group_.append(index_bits_, 5);
-  group_.append(dictionary_.size() - 1, index_bits_);
-  for (const std::uint32_t label : dictionary_) group_.append(label, label_bits);
   if (index_bits_ > 0) write_bricks();
+  for (const std::uint32_t label : dictionary_) group_.append(label, label_bits);
+  if (index_bits_ > 0) group_.append(0, (8 - group_.size() % 8) % 8);
+  masks_end_ += group_.size();
   bits_.labels += label_bits * dictionary_.size();
   bits_.header += group_.size() - label_bits * dictionary_.size();
   group_.append(streams_);

@@ -6,18 +6,19 @@
 // are open, so the open children of block k are the nodes 1 + (open children of the blocks before k) and following.
 //
 // Codes. Two prefix codes a volume, for the blocks of the finest level and of all others, of at most 13 bits, looked up by the next 13 bits,
-// first bit lowest. An escape is followed by the 24 bits of the operations. Tables, each for the coarse code, then for the fine one:
-//   2^13 bytes: bits 0..3 length, 4..7 labels of its own; 15 of them: the escape
-//   2^13 x 16 bits: place among the operations
-//   32-bit words of operations: from the word 3 * 2^12 + (the first of the code's places) on
+// first bit lowest. Blocks without a code of their own have one of nine escapes, by the number of their own labels, and after it the 24
+// bits of their operations. Tables, each for the coarse code, then for the fine one:
+//   2^13 x 16 bits: bits 0..5 length, with the 24 bits after an escape, 6..9 labels of its own
+//   2^13 x 16 bits: place among the operations; 65535: an escape
+//   32-bit words of operations, the first place at word 2^14
 // Runs of 16 blocks, of the finest level and of the others apart. A run ends with the dictionary indices of its blocks' own labels, the
 // first last, so that codes alone lie before the code that is asked for. Samples tell where a run begins.
 //
 // Group of bricks, in bits from its first word, first bit lowest:
-//   5  label bits - 1     5  index bits w     w  dictionary entries - 1     the labels of the dictionary
-//   if w > 0: 6  bricks - 1     5  end bits E     5  position bits P     1 a brick: whether it is constant
+//   5  label bits - 1     5  index bits w     0: one label follows, and nothing else
+//   18  dictionary entries - 1     6  bricks - 1     5  end bits E     5  position bits P     1 a brick: whether it is constant
 //   E a brick that is not constant: its end, from the begin of the first; w a constant brick: its label
-//   zeros to a multiple of 8 bits; the bricks that are not constant
+//   the labels of the dictionary; zeros to a multiple of 8 bits; the bricks that are not constant
 // Brick of L levels:
 //   3L-8  coarse blocks     3L-6  fine blocks - 1     w  label of the coarsest node     P  begin of the fine runs, from the coarse ones
 //   twice, coarse and fine: if there are more than 8 runs 5 sample bits, 17 slope
@@ -29,15 +30,18 @@
 
 #define CVR_C_CODE_BITS 13u         // at most
 #define CVR_C_LOOKUP 8192u
-#define CVR_C_PLACES 4096u          // word at which the places begin
-#define CVR_C_OPERATIONS 12288u     // and the operations
-#define CVR_C_ESCAPE 240u           // lengths from here on
+#define CVR_C_PLACES 8192u          // word at which the places begin
+#define CVR_C_OPERATIONS 16384u     // and the operations
+#define CVR_C_NO_PLACE 65535u
 #define CVR_C_RAW_BITS 24u
-#define CVR_C_RUN_SHIFT 4u
-#define CVR_C_RUN 16u
+#define CVR_C_DICTIONARY_BITS 18u   // voxels of a group
+#define CVR_C_RUN_SHIFT 3u
+#define CVR_C_RUN 8u
 #define CVR_C_FEW_RUNS 8u
 #define CVR_C_SLOPE_SHIFT 4u
-#define CVR_C_MASKS_BITS 144u       // masks of 16 blocks, and a count
+#define CVR_C_MASKS_SHIFT 4u        // masks of 16 blocks, and a count
+#define CVR_C_MASKS 16u
+#define CVR_C_MASKS_BITS 144u
 #define CVR_C_COUNT_BITS 16u
 #define CVR_C_PATH 6u               // blocks from the coarsest level to the finest, bricks of 64^3
 
@@ -59,6 +63,8 @@ struct CsgvrcBrick {
   uint dictionary_size;
   uint root;              // dictionary index of the coarsest node
   bool constant;          // what follows is of bricks that are not
+  uint members;           // bricks of the group
+  uint end_bits;
   uint position_bits;
   uint coarse_blocks;
   uint fine_blocks;
@@ -96,22 +102,30 @@ CVR_FUNC CsgvrcRuns cvr_c_no_runs() {
   return runs;
 }
 
-// The header of a group, up to its dictionary.
+// The header of a group, up to the table of its bricks, which is left to read from brick.begin on.
 CVR_FUNC CsgvrcBrick cvr_c_open_group(Global words, uint levels) {
+  uint64_t header = cvr_word64_global(words, 0u);
   CsgvrcBrick brick;
-  uint at = 0u;
   brick.levels = levels;
-  brick.label_bits = cvr_c_take(words, at, 5u) + 1u;
-  brick.index_bits = cvr_c_take(words, at, 5u);
-  brick.dictionary_size = cvr_c_take(words, at, brick.index_bits) + 1u;
-  brick.dictionary = at;
+  brick.label_bits = (uint(header) & 31u) + 1u;
+  brick.index_bits = (uint(header) >> 5) & 31u;
+  brick.dictionary = 10u;
+  brick.dictionary_size = 1u;
   brick.root = 0u;
   brick.constant = true;
+  brick.members = 1u;
+  brick.end_bits = 0u;
   brick.position_bits = 0u;
+  brick.begin = 44u;
+  brick.end = 44u;
+  if (brick.index_bits > 0u) {
+    brick.dictionary_size = (uint(header >> 10) & ((1u << CVR_C_DICTIONARY_BITS) - 1u)) + 1u;
+    brick.members = (uint(header >> 28) & 63u) + 1u;
+    brick.end_bits = uint(header >> 34) & 31u;
+    brick.position_bits = uint(header >> 39) & 31u;
+  }
   brick.coarse_blocks = 0u;
   brick.fine_blocks = 0u;
-  brick.begin = at + brick.dictionary_size * brick.label_bits;
-  brick.end = brick.begin;
   brick.runs[0] = cvr_c_no_runs();
   brick.runs[1] = cvr_c_no_runs();
   brick.masks = 0u;
@@ -133,26 +147,25 @@ CVR_FUNC CsgvrcBrick cvr_c_find(Global words, uint member, uint levels) {
   CsgvrcBrick brick = cvr_c_open_group(words, levels);
   if (brick.index_bits == 0u) return brick;
   uint at = brick.begin;
-  uint members = cvr_c_take(words, at, 6u) + 1u;
-  uint end_bits = cvr_c_take(words, at, 5u);
-  brick.position_bits = cvr_c_take(words, at, 5u);
+  uint members = brick.members;
   uint low = cvr_c_take(words, at, members < 32u ? members : 32u);
-  uint high = cvr_c_take(words, at, members < 32u ? 0u : members - 32u);
+  uint high = members > 32u ? cvr_c_take(words, at, members - 32u) : 0u;
   uint before_low = member < 32u ? (1u << member) - 1u : ~0u;
   uint before_high = member < 32u ? 0u : (1u << (member - 32u)) - 1u;
   uint constants = cvr_popcount32(low) + cvr_popcount32(high);
   uint constants_before = cvr_popcount32(low & before_low) + cvr_popcount32(high & before_high);
-  uint labels = at + (members - constants) * end_bits;
-  brick.begin = (labels + constants * brick.index_bits + 7u) & ~7u;
+  uint labels = at + (members - constants) * brick.end_bits;
+  brick.dictionary = labels + constants * brick.index_bits;
+  brick.begin = (brick.dictionary + brick.dictionary_size * brick.label_bits + 7u) & ~7u;
   brick.end = brick.begin;
   brick.constant = (((member < 32u ? low : high) >> (member & 31u)) & 1u) == 1u;
   if (brick.constant) {
     brick.root = cvr_c_bits_global(words, labels + constants_before * brick.index_bits, brick.index_bits);
     return brick;
   }
-  at += (member - constants_before) * end_bits;
-  brick.end += cvr_c_bits_global(words, at, end_bits);
-  if (member > constants_before) brick.begin += cvr_c_bits_global(words, at - end_bits, end_bits);
+  at += (member - constants_before) * brick.end_bits;
+  brick.end += cvr_c_bits_global(words, at, brick.end_bits);
+  if (member > constants_before) brick.begin += cvr_c_bits_global(words, at - brick.end_bits, brick.end_bits);
   return brick;
 }
 
@@ -167,7 +180,7 @@ CVR_FUNC void cvr_c_open_brick(Global words, CVR_INOUT(CsgvrcBrick) brick) {
   cvr_c_open_samples(words, at, brick.coarse_blocks, brick.position_bits, brick.runs[0]);
   cvr_c_open_samples(words, at, brick.fine_blocks, brick.position_bits, brick.runs[1]);
   brick.masks = (at + 7u) & ~7u;
-  brick.runs[0].samples = brick.masks + 8u * brick.coarse_blocks + CVR_C_COUNT_BITS * ((brick.coarse_blocks - 1u) >> CVR_C_RUN_SHIFT);
+  brick.runs[0].samples = brick.masks + 8u * brick.coarse_blocks + CVR_C_COUNT_BITS * ((brick.coarse_blocks - 1u) >> CVR_C_MASKS_SHIFT);
   brick.runs[1].samples = brick.runs[0].samples + (brick.runs[0].count - 1u) * brick.runs[0].sample_bits;
   brick.runs[0].first = brick.runs[1].samples + (brick.runs[1].count - 1u) * brick.runs[1].sample_bits;
   brick.runs[1].first = brick.runs[0].first + fine;
@@ -236,15 +249,15 @@ CVR_FUNC uint cvr_c_ones(Words words, uint at, uint count, CVR_OUT(uint) bit) {
 
 // Which children of a coarse block are open.
 CVR_FUNC uint cvr_c_mask(Words words, CsgvrcBrick brick, uint number) {
-  return cvr_c_bits(words, brick.masks + 8u * number + CVR_C_COUNT_BITS * (number >> CVR_C_RUN_SHIFT), 8u);
+  return cvr_c_bits(words, brick.masks + 8u * number + CVR_C_COUNT_BITS * (number >> CVR_C_MASKS_SHIFT), 8u);
 }
 
 // The number of a child of a coarse block, among the open nodes of the brick. 0: the child is constant.
 CVR_FUNC uint cvr_c_child(Words words, CsgvrcBrick brick, uint number, uint child) {
-  uint record = number >> CVR_C_RUN_SHIFT;
+  uint record = number >> CVR_C_MASKS_SHIFT;
   uint at = brick.masks + record * CVR_C_MASKS_BITS;
   uint open;
-  uint ones = cvr_c_ones(words, at, 8u * (number & (CVR_C_RUN - 1u)) + child, open);
+  uint ones = cvr_c_ones(words, at, 8u * (number & (CVR_C_MASKS - 1u)) + child, open);
   if (open == 0u) return 0u;
   return 1u + ones + (record == 0u ? 0u : cvr_c_bits(words, at - CVR_C_COUNT_BITS, CVR_C_COUNT_BITS));
 }
@@ -252,28 +265,21 @@ CVR_FUNC uint cvr_c_child(Words words, CsgvrcBrick brick, uint number, uint chil
 // Bit 3c of each child c with a label of its own.
 CVR_FUNC uint cvr_c_own_labels(uint operations) { return (operations >> 2) & ~(operations >> 1) & ~operations & 0x249249u; }
 
-// Length and labels of the code that `bits` begin with, of a code whose entries begin at `first`.
-CVR_FUNC uint cvr_c_entry(Global tables, uint first, uint bits) {
-  uint i = first + (bits & (CVR_C_LOOKUP - 1u));
+// The i-th of the 16-bit numbers from word `first` on.
+CVR_FUNC uint cvr_c_short(Global tables, uint first, uint i) {
 #ifdef __cplusplus
-  return reinterpret_cast<const unsigned char*>(tables.w)[i];
+  return reinterpret_cast<const unsigned short*>(tables.w + first)[i];
 #else
-  return (cvr_read_global(tables, i >> 2) >> (8u * (i & 3u))) & 255u;
+  return (cvr_read_global(tables, first + (i >> 1)) >> (16u * (i & 1u))) & 0xffffu;
 #endif
 }
 
 // The operations of the block whose code begins at bit `at`, which moves behind it.
 CVR_FUNC uint cvr_c_operations(Words words, Global tables, bool fine, CVR_INOUT(uint) at) {
-  uint first = fine ? CVR_C_LOOKUP : 0u;
-  uint bits = cvr_c_bits(words, at, CVR_C_CODE_BITS);
-  uint entry = cvr_c_entry(tables, first, bits);
-  at += entry & 15u;
-  if (entry >= CVR_C_ESCAPE) {
-    at += CVR_C_RAW_BITS;
-    return cvr_c_bits(words, at - CVR_C_RAW_BITS, CVR_C_RAW_BITS);
-  }
-  uint i = first + bits;
-  uint place = (cvr_read_global(tables, CVR_C_PLACES + (i >> 1)) >> (16u * (i & 1u))) & 0xffffu;
+  uint i = cvr_c_bits(words, at, CVR_C_CODE_BITS) + (fine ? CVR_C_LOOKUP : 0u);
+  uint place = cvr_c_short(tables, CVR_C_PLACES, i);
+  at += cvr_c_short(tables, 0u, i) & 63u;
+  if (place == CVR_C_NO_PLACE) return cvr_c_bits(words, at - CVR_C_RAW_BITS, CVR_C_RAW_BITS);
   return cvr_read_global(tables, CVR_C_OPERATIONS + place);
 }
 
@@ -282,23 +288,18 @@ CVR_FUNC uint cvr_c_skip(Words words, Global tables, bool fine, uint blocks, CVR
   uint first = fine ? CVR_C_LOOKUP : 0u;
   uint own_labels = 0u;
   uint64_t window = uint64_t(0u);
-  uint left = 0u;  // bits of the window
+  int left = 0;  // bits of the window
   for (uint k = 0u; k < blocks; ++k) {
-    if (left < CVR_C_CODE_BITS) {
+    if (left < int(CVR_C_CODE_BITS)) {
       window = cvr_word64(words, at >> 5) >> (at & 31u);
-      left = 64u - (at & 31u);
+      left = 64 - int(at & 31u);
     }
-    uint entry = cvr_c_entry(tables, first, uint(window));
-    uint length = entry & 15u;
+    uint entry = cvr_c_short(tables, 0u, first + (uint(window) & (CVR_C_LOOKUP - 1u)));
+    uint length = entry & 63u;
     window >>= length;
-    left -= length;
+    left -= int(length);
     at += length;
-    own_labels += entry >> 4;
-    if (entry >= CVR_C_ESCAPE) {
-      own_labels += cvr_popcount32(cvr_c_own_labels(cvr_c_bits(words, at, CVR_C_RAW_BITS))) - (entry >> 4);
-      at += CVR_C_RAW_BITS;
-      left = 0u;
-    }
+    own_labels += entry >> 6;
   }
   return own_labels;
 }
