@@ -130,8 +130,7 @@ Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned
   encoding.codes.assign(all.begin(), all.end());
   encoding.decoder = "csgvr_c";
   encoding.shared_words = largest;
-  encoding.cell_loops = 4 * (layout.levels + CVR_C_RUN);  // hops, each down some levels and past half a run
-  encoding.brick_loops *= 2;
+  encoding.cell_loops = 8 * (layout.levels + CVR_C_RUN);  // hops, each down some levels and past half a run
   encoding.buffers.push_back({"tables", std::as_bytes(std::span(code_.tables())), nullptr});
   return {};
 }

@@ -41,5 +41,10 @@ namespace serial_wavelet {
 #include "shaders/shared/csgv_serial.glsl"
 #undef CVR_SERIAL_WAVELET
 }  // namespace serial_wavelet
+namespace serial_csgvr_c {
+#define CVR_SERIAL_CSGVR_C
+#include "shaders/shared/csgv_serial.glsl"
+#undef CVR_SERIAL_CSGVR_C
+}  // namespace serial_csgvr_c
 
 }  // namespace cvr::shaders
