@@ -116,7 +116,7 @@ Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned
   std::uint32_t largest = 0;  // words of a brick
   for (std::uint64_t i = 0; i < layout.groups.voxels(); ++i) {
     const Words group{layout.group_words(i).data()};
-    const CsgvrcBrick head = shaders::cvr_c_open_group(group, layout.levels);
+    const CsgvrcBrick head = shaders::cvr_c_find(group, 0, layout.levels);
     labels.clear();
     for (std::uint32_t k = 0; k < head.dictionary_size; ++k) labels.push_back(cvr_c_label(group, head, k));
     distinct.add(0, std::span<const std::uint32_t>(labels));

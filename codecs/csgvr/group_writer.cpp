@@ -120,7 +120,7 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
     before = streams_.size();
   };
   streams_.append(brick.fine_block - brick.first_block, 3 * levels_ - 8);
-  streams_.append(brick.end_block - brick.fine_block - 1, 3 * levels_ - 6);
+  streams_.append(brick.end_block - brick.fine_block, 3 * levels_ - 5);
   streams_.append(brick.root, index_bits_);
   streams_.append(coarse.bits, position_bits);
   for (const Samples& s : samples) {

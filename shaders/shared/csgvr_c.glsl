@@ -20,7 +20,7 @@
 //   E a brick that is not constant: its end, from the begin of the first; w a constant brick: its label
 //   the labels of the dictionary; zeros to a multiple of 8 bits; the bricks that are not constant
 // Brick of L levels:
-//   3L-8  coarse blocks     3L-6  fine blocks - 1     w  label of the coarsest node     P  begin of the fine runs, from the coarse ones
+//   3L-8  coarse blocks     3L-5  fine blocks     w  label of the coarsest node     P  begin of the fine runs, from the coarse ones
 //   twice, coarse and fine: if there are more than 8 runs 5 sample bits, 17 slope
 //   zeros to a multiple of 8 bits; the masks of the coarse blocks, after every 16 the open children so far in 16 bits
 //   the samples of all runs but the first, coarse and fine; the coarse runs; the fine runs
@@ -174,15 +174,16 @@ CVR_FUNC void cvr_c_open_brick(Global words, CVR_INOUT(CsgvrcBrick) brick) {
   uint levels = brick.levels;
   uint at = brick.begin;
   brick.coarse_blocks = cvr_c_take(words, at, 3u * levels - 8u);
-  brick.fine_blocks = cvr_c_take(words, at, 3u * levels - 6u) + 1u;
+  brick.fine_blocks = cvr_c_take(words, at, 3u * levels - 5u);
   brick.root = cvr_c_take(words, at, brick.index_bits);
   uint fine = cvr_c_take(words, at, brick.position_bits);
   cvr_c_open_samples(words, at, brick.coarse_blocks, brick.position_bits, brick.runs[0]);
   cvr_c_open_samples(words, at, brick.fine_blocks, brick.position_bits, brick.runs[1]);
   brick.masks = (at + 7u) & ~7u;
+  uint fine_samples = brick.runs[1].count == 0u ? 0u : brick.runs[1].count - 1u;
   brick.runs[0].samples = brick.masks + 8u * brick.coarse_blocks + CVR_C_COUNT_BITS * ((brick.coarse_blocks - 1u) >> CVR_C_MASKS_SHIFT);
   brick.runs[1].samples = brick.runs[0].samples + (brick.runs[0].count - 1u) * brick.runs[0].sample_bits;
-  brick.runs[0].first = brick.runs[1].samples + (brick.runs[1].count - 1u) * brick.runs[1].sample_bits;
+  brick.runs[0].first = brick.runs[1].samples + fine_samples * brick.runs[1].sample_bits;
   brick.runs[1].first = brick.runs[0].first + fine;
   brick.runs[0].end = brick.runs[1].first;
   brick.runs[1].end = brick.end;
@@ -213,9 +214,9 @@ CVR_FUNC void cvr_c_rebase(CVR_INOUT(CsgvrcBrick) brick) {
 // The bit at which a run begins.
 CVR_FUNC uint cvr_c_run_begin(Words words, CsgvrcRuns runs, uint run) {
   if (run == 0u) return runs.first;
-  uint sample = cvr_c_bits(words, runs.samples + (run - 1u) * runs.sample_bits, runs.sample_bits);
-  if (runs.count > CVR_C_FEW_RUNS) sample += ((runs.slope * run) >> CVR_C_SLOPE_SHIFT) - ((1u << runs.sample_bits) >> 1);
-  return runs.first + sample;
+  uint offset = cvr_c_bits(words, runs.samples + (run - 1u) * runs.sample_bits, runs.sample_bits);
+  if (runs.count > CVR_C_FEW_RUNS) offset += ((runs.slope * run) >> CVR_C_SLOPE_SHIFT) - ((1u << runs.sample_bits) >> 1);
+  return runs.first + offset;
 }
 
 // The bit behind a run.
