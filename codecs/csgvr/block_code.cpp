@@ -95,18 +95,28 @@ bool valid_operations(BlockOperations operations) {
 void BlockCode::Side::assign_codes() {
   const std::vector<std::uint32_t> bits = entropy::prefix_codes(lengths);
   codes.clear();
-  places.clear();
   for (std::size_t i = 0; i < bits.size(); ++i) codes.push_back({bits[i], lengths[i]});
-  for (std::uint32_t i = 0; i < patterns.size(); ++i) places.emplace(patterns[i], i);
+  hash_shift_ = 31 - static_cast<unsigned>(std::bit_width(patterns.size()));
+  slots_.assign(std::size_t{1} << (32 - hash_shift_), 0);
+  for (std::size_t i = 0; i < patterns.size(); ++i) {
+    std::size_t at = hash(patterns[i]) >> hash_shift_;
+    while (slots_[at] != 0) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = static_cast<std::uint16_t>(i + 1);
+  }
+}
+
+const BlockCode::Code* BlockCode::Side::find(BlockOperations operations) const {
+  for (std::size_t at = hash(operations) >> hash_shift_; slots_[at] != 0; at = (at + 1) & (slots_.size() - 1)) {
+    const std::size_t place = slots_[at] - 1u;
+    if (patterns[place] == operations) return &codes[place];
+  }
+  return nullptr;
 }
 
 const BlockCode::Code& BlockCode::Side::escape(BlockOperations operations) const { return codes[patterns.size() + labels_of(operations)]; }
 
 CodedBlock BlockCode::code_of(BlockOperations operations, const Side& side) {
-  if (const auto place = side.places.find(operations); place != side.places.end()) {
-    const Code& code = side.codes[place->second];
-    return {code.bits, code.length, operations};
-  }
+  if (const Code* code = side.find(operations)) return {code->bits, code->length, operations};
   const Code& escape = side.escape(operations);
   return {escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits, operations};
 }
@@ -114,11 +124,8 @@ CodedBlock BlockCode::code_of(BlockOperations operations, const Side& side) {
 CodedBlock BlockCode::shortest(const BlockShape& shape, bool fine) const {
   const Side& side = sides_[fine];
   CodedBlock best = code_of(shape.operations(kAxisOrders[0]), side);
-  if (!shape.ambiguous()) return best;
-  for (std::size_t i = 1; i < kAxisOrders.size(); ++i) {
-    const BlockOperations operations = shape.operations(kAxisOrders[i]);
-    if (operations == best.operations) continue;
-    const CodedBlock other = code_of(operations, side);
+  for (const unsigned i : shape.other_orders()) {
+    const CodedBlock other = code_of(shape.operations(kAxisOrders[i]), side);
     if (other.length < best.length) best = other;
   }
   return best;

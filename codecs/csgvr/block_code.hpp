@@ -58,9 +58,15 @@ class BlockCode {
     std::vector<BlockOperations> patterns;
     std::vector<std::uint8_t> lengths;
     std::vector<Code> codes;
-    std::unordered_map<BlockOperations, std::uint32_t> places;  ///< of patterns
-    const Code& escape(BlockOperations operations) const;
     void assign_codes();
+    /// Of a pattern; nullptr where it has none.
+    const Code* find(BlockOperations operations) const;
+    const Code& escape(BlockOperations operations) const;
+
+   private:
+    static std::uint32_t hash(BlockOperations operations) { return operations * 0x9e3779b1u; }
+    std::vector<std::uint16_t> slots_;  ///< places of patterns + 1, open addressing, a power of two
+    unsigned hash_shift_ = 31;
   };
   using PatternCounts = std::unordered_map<BlockOperations, std::uint64_t>;
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,8 @@ inline constexpr auto kSpread3 = [] {
   return table;
 }();
 
+inline constexpr std::array<std::array<unsigned, 3>, 6> kAxisOrders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+
 /// What a block can be coded as: masks of its children. Those in none of x, y, z, own have the parent's label.
 class BlockShape {
  public:
@@ -43,8 +46,8 @@ class BlockShape {
   unsigned axis(unsigned a) const { return bits_ >> (8 * a) & 0xff; }
   unsigned own() const { return bits_ >> 24 & 0xff; }
   unsigned repeated() const { return bits_ >> 32 & 0xff; }
-  /// Whether some child may name more than one neighbour.
-  bool ambiguous() const { return ((axis(0) & axis(1)) | (axis(0) & axis(2)) | (axis(1) & axis(2))) != 0; }
+  /// Places in kAxisOrders, without the first, of orders that may name other neighbours: none where no child matches two axes.
+  std::span<const unsigned> other_orders() const;
 
   /// The axis that most children match first, then the one that most of the others match.
   std::array<unsigned, 3> widest_first() const {
@@ -74,7 +77,17 @@ class BlockShape {
   std::uint64_t bits_ = 0;
 };
 
-inline constexpr std::array<std::array<unsigned, 3>, 6> kAxisOrders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+inline std::span<const unsigned> BlockShape::other_orders() const {
+  static constexpr std::array<unsigned, 5> kAll{1, 2, 3, 4, 5}, kYBeforeX{2}, kZBeforeX{4}, kZBeforeY{1};
+  const bool xy = (axis(0) & axis(1)) != 0;
+  const bool xz = (axis(0) & axis(2)) != 0;
+  const bool yz = (axis(1) & axis(2)) != 0;
+  switch ((xy ? 1 : 0) + (xz ? 1 : 0) + (yz ? 1 : 0)) {
+    case 0: return {};
+    case 1: return std::span(xy ? kYBeforeX : xz ? kZBeforeX : kZBeforeY).first(1);
+    default: return kAll;
+  }
+}
 
 /// Finds the blocks of one brick after the other; one a thread.
 class BlockFinder {

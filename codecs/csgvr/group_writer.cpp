@@ -58,7 +58,7 @@ std::uint32_t GroupWriter::index_of(std::uint32_t label) {
 
 const CodedBlock& GroupWriter::coded(const BlockShape& shape, bool fine, const BlockCode& code) {
   const std::uint64_t key = shape.bits() << 1 | (fine ? 1 : 0);
-  Chosen& chosen = chosen_[key * 0x9e3779b97f4a7c15u >> 53];
+  Chosen& chosen = chosen_[key * 0x9e3779b97f4a7c15u >> 52];
   if (chosen.shape != key) chosen = {key, code.shortest(shape, fine)};
   return chosen.code;
 }

@@ -22,7 +22,7 @@ class GroupWriter final : public csgv::PackWorkspace {
   void finish(std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
 
  private:
-  static constexpr std::size_t kChosen = 2048;
+  static constexpr std::size_t kChosen = 4096;
 
   struct Brick {
     std::uint32_t root;                             ///< dictionary index of its coarsest node
