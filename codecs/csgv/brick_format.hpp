@@ -103,6 +103,15 @@ class BrickFormat {
   virtual void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
                     ByteBreakdown& bytes) const = 0;
   virtual void finish_group(PackWorkspace&, std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
+  /// Formats whose tables are fitted to every brick keep what they need of all bricks first: pack() and finish_group() append no words;
+  /// then fit_kept() sees the workspaces of all workers, and write_kept() appends the n-th group that `kept` has finished, with a
+  /// write_workspace() for what it needs on the way.
+  virtual bool keeps_bricks() const { return false; }
+  virtual void fit_kept(std::span<PackWorkspace* const>) {}
+  virtual std::unique_ptr<PackWorkspace> write_workspace() const { return nullptr; }
+  virtual void write_kept(const PackWorkspace& /*kept*/, std::size_t /*n*/, PackWorkspace& /*scratch*/,
+                          std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
+
   /// Rebuilds the levels 0..target of workspace.grid, of a brick's place among the words of its group.
   virtual BrickError unpack(std::span<const std::uint32_t> words, std::uint32_t member, const Validity& validity, unsigned target,
                             BrickWorkspace& workspace) const = 0;

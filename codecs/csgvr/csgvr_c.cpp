@@ -19,33 +19,12 @@ namespace {
 
 using namespace csgv;
 using csgvr::BlockCode;
-using csgvr::BlockFinder;
-using csgvr::BlockShape;
 using csgvr::GroupWriter;
+using csgvr::KeptGroups;
 using shaders::CsgvrcBrick;
 using shaders::Words;
 
 constexpr std::uint32_t kGroupVoxels = 64;  ///< a side
-
-/// Counts the shapes of the blocks.
-class ShapeStatistics final : public BrickStatistics {
- public:
-  explicit ShapeStatistics(std::uint32_t b) : finder_(b) {}
-  void add(const SourceBrick& brick) override {
-    finder_.run(brick.grid, [&](bool finest, const BlockShape& shape, unsigned, const std::uint32_t*) { ++counts_[finest][shape.bits()]; });
-  }
-  void merge(const BrickStatistics& other) override {
-    const auto& others = static_cast<const ShapeStatistics&>(other).counts_;
-    for (unsigned fine = 0; fine < 2; ++fine) {
-      for (const auto& [shape, count] : others[fine]) counts_[fine][shape] += count;
-    }
-  }
-  const csgvr::ShapeCounts& counts() const { return counts_; }
-
- private:
-  BlockFinder finder_;
-  csgvr::ShapeCounts counts_;
-};
 
 class CsgvrcFormat final : public BrickFormat {
  public:
@@ -55,18 +34,31 @@ class CsgvrcFormat final : public BrickFormat {
   bool wants_operations() const override { return false; }
   std::uint32_t group() const override { return kGroupVoxels / brick_; }
 
-  Sampling sampling() const override { return {2, 8}; }
-  std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ShapeStatistics>(brick_); }
-  void fit(const BrickStatistics& statistics) override { code_.fit(static_cast<const ShapeStatistics&>(statistics).counts()); }
+  bool keeps_bricks() const override { return true; }
+  void fit_kept(std::span<PackWorkspace* const> workspaces) override {
+    csgvr::ShapeCounts counts;
+    for (const PackWorkspace* workspace : workspaces) {
+      for (const auto& entry : static_cast<const KeptGroups*>(workspace)->shapes().entries()) {
+        counts[entry.fine][entry.shape.bits()] += entry.count;
+      }
+    }
+    code_.fit(counts);
+    for (PackWorkspace* workspace : workspaces) static_cast<KeptGroups*>(workspace)->choose(code_);
+  }
   void write_tables(ByteWriter& out) const override { code_.write(out); }
   Expected<void> read_tables(ByteReader& in) override { return code_.read(in); }
 
-  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<GroupWriter>(brick_); }
+  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<KeptGroups>(brick_); }
   void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>&, ByteBreakdown&) const override {
-    static_cast<GroupWriter&>(workspace).add(brick.grid, code_);
+    static_cast<KeptGroups&>(workspace).add(brick.grid);
   }
-  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
-    static_cast<GroupWriter&>(workspace).finish(words, bytes);
+  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>&, ByteBreakdown&) const override {
+    static_cast<KeptGroups&>(workspace).finish_group();
+  }
+  std::unique_ptr<PackWorkspace> write_workspace() const override { return std::make_unique<GroupWriter>(); }
+  void write_kept(const PackWorkspace& kept, std::size_t n, PackWorkspace& scratch, std::vector<std::uint32_t>& words,
+                  ByteBreakdown& bytes) const override {
+    static_cast<GroupWriter&>(scratch).write(static_cast<const KeptGroups&>(kept), n, words, bytes);
   }
 
   BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks, unsigned levels) const override {

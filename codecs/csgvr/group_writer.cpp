@@ -50,23 +50,41 @@ class Samples {
 
 }  // namespace
 
-std::uint32_t GroupWriter::index_of(std::uint32_t label) {
-  const auto [place, added] = indices_.try_emplace(label, static_cast<std::uint32_t>(dictionary_.size()));
+std::uint32_t ShapeTable::note(const BlockShape& shape, bool fine) {
+  const std::uint64_t key = key_of(shape, fine);
+  std::size_t at = hash(key) & (slots_.size() - 1);
+  for (; slots_[at] != 0; at = (at + 1) & (slots_.size() - 1)) {
+    Entry& entry = entries_[slots_[at] - 1];
+    if (key_of(entry.shape, entry.fine) != key) continue;
+    ++entry.count;
+    return slots_[at] - 1;
+  }
+  entries_.push_back({shape, fine, 1});
+  const auto number = static_cast<std::uint32_t>(entries_.size());
+  slots_[at] = number;
+  if (2 * entries_.size() > slots_.size()) grow();
+  return number - 1;
+}
+
+void ShapeTable::grow() {
+  slots_.assign(4 * slots_.size(), 0);
+  for (std::uint32_t i = 0; i < entries_.size(); ++i) {
+    std::size_t at = hash(key_of(entries_[i].shape, entries_[i].fine)) & (slots_.size() - 1);
+    while (slots_[at] != 0) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = i + 1;
+  }
+}
+
+std::uint32_t KeptGroups::index_of(std::uint32_t label) {
+  const auto [place, added] = indices_.try_emplace(label, static_cast<std::uint32_t>(indices_.size()));
   if (added) dictionary_.push_back(label);
   return place->second;
 }
 
-const CodedBlock& GroupWriter::coded(const BlockShape& shape, bool fine, const BlockCode& code) {
-  const std::uint64_t key = shape.bits() << 1 | (fine ? 1 : 0);
-  Chosen& chosen = chosen_[key * 0x9e3779b97f4a7c15u >> 52];
-  if (chosen.shape != key) chosen = {key, code.shortest(shape, fine)};
-  return chosen.code;
-}
-
-void GroupWriter::add(const csgv::LabelGrid& grid, const BlockCode& code) {
-  Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, own_labels_.size(), masks_.size()};
+void KeptGroups::add(const csgv::LabelGrid& grid) {
+  Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
   finder_.run(grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
-    blocks_.push_back(coded(shape, finest, code));
+    blocks_.push_back(shapes_.note(shape, finest));
     if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
     for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
       own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
@@ -77,11 +95,22 @@ void GroupWriter::add(const csgv::LabelGrid& grid, const BlockCode& code) {
   bricks_.push_back(brick);
 }
 
+void KeptGroups::finish_group() {
+  const Group before = groups_.empty() ? Group{} : groups_.back();
+  groups_.push_back({before.end_brick, bricks_.size(), before.end_entry, dictionary_.size()});
+  indices_.clear();
+}
+
+void KeptGroups::choose(const BlockCode& code) {
+  codes_.clear();
+  for (const ShapeTable::Entry& entry : shapes_.entries()) codes_.push_back(code.shortest(entry.shape, entry.fine));
+}
+
 GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const {
   Runs runs{};
   for (std::size_t i = first; i < end; ++i) {
     if ((i - first) % CVR_C_RUN == 0) runs.offsets.push_back(runs.bits);
-    runs.bits += blocks_[i].length + labels_of(blocks_[i]) * index_bits_;
+    runs.bits += block(i).length + labels_of(block(i)) * index_bits_;
   }
   return runs;
 }
@@ -90,7 +119,7 @@ void GroupWriter::write_masks(const Brick& brick) {
   std::uint32_t opened = 0;
   for (std::size_t i = 0; i < brick.fine_block - brick.first_block; ++i) {
     if (i > 0 && i % CVR_C_MASKS == 0) streams_.append(opened, CVR_C_COUNT_BITS);
-    const std::uint8_t mask = masks_[brick.first_mask + i];
+    const std::uint8_t mask = kept_->masks_[brick.first_mask + i];
     streams_.append(mask, 8);
     opened += static_cast<std::uint32_t>(std::popcount(mask));
   }
@@ -101,11 +130,11 @@ void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& la
   for (std::size_t run = first; run < end; run += CVR_C_RUN) {
     const std::size_t first_label = label;
     for (std::size_t i = run; i < std::min<std::size_t>(end, run + CVR_C_RUN); ++i) {
-      streams_.append(blocks_[i].bits, blocks_[i].length);
-      bits_.codes += blocks_[i].length;
-      label += labels_of(blocks_[i]);
+      streams_.append(block(i).bits, block(i).length);
+      bits_.codes += block(i).length;
+      label += labels_of(block(i));
     }
-    for (std::size_t i = label; i-- > first_label;) streams_.append(own_labels_[i], index_bits_);
+    for (std::size_t i = label; i-- > first_label;) streams_.append(kept_->own_labels_[i], index_bits_);
     bits_.labels += (label - first_label) * index_bits_;
   }
 }
@@ -119,8 +148,8 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
     bits += streams_.size() - before;
     before = streams_.size();
   };
-  streams_.append(brick.fine_block - brick.first_block, 3 * levels_ - 8);
-  streams_.append(brick.end_block - brick.fine_block, 3 * levels_ - 5);
+  streams_.append(brick.fine_block - brick.first_block, 3 * kept_->levels_ - 8);
+  streams_.append(brick.end_block - brick.fine_block, 3 * kept_->levels_ - 5);
   streams_.append(brick.root, index_bits_);
   streams_.append(coarse.bits, position_bits);
   for (const Samples& s : samples) {
@@ -142,53 +171,51 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
 }
 
 /// The rest of the header with the table of the bricks; the bricks go to streams_.
-void GroupWriter::write_bricks() {
+void GroupWriter::write_bricks(std::span<const Brick> bricks, std::size_t dictionary_size) {
   std::uint32_t longest = 0;
-  for (const Brick& brick : bricks_) {
+  for (const Brick& brick : bricks) {
     longest = std::max({longest, runs_of(brick.first_block, brick.fine_block).bits, runs_of(brick.fine_block, brick.end_block).bits});
   }
   const unsigned position_bits = width(longest);
   std::vector<std::uint32_t> ends;
-  for (const Brick& brick : bricks_) {
+  for (const Brick& brick : bricks) {
     if (brick.constant()) continue;
     write_brick(brick, position_bits);
     ends.push_back(streams_.size());
   }
   const unsigned end_bits = width(streams_.size());
-  group_.append(dictionary_.size() - 1, CVR_C_DICTIONARY_BITS);
-  group_.append(bricks_.size() - 1, 6);
+  group_.append(dictionary_size - 1, CVR_C_DICTIONARY_BITS);
+  group_.append(bricks.size() - 1, 6);
   group_.append(end_bits, 5);
   group_.append(position_bits, 5);
-  for (const Brick& brick : bricks_) group_.append(brick.constant() ? 1 : 0, 1);
+  for (const Brick& brick : bricks) group_.append(brick.constant() ? 1 : 0, 1);
   for (const std::uint32_t end : ends) group_.append(end, end_bits);
-  for (const Brick& brick : bricks_) {
+  for (const Brick& brick : bricks) {
     if (brick.constant()) group_.append(brick.root, index_bits_);
   }
 }
 
-void GroupWriter::finish(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+  const KeptGroups::Group& group = kept.groups_[n];
+  const auto bricks = std::span(kept.bricks_).subspan(group.first_brick, group.end_brick - group.first_brick);
+  const auto dictionary = std::span(kept.dictionary_).subspan(group.first_entry, group.end_entry - group.first_entry);
+  kept_ = &kept;
   bits_ = {};
   masks_end_ = 0;
   group_.clear();
   streams_.clear();
-  index_bits_ = width(dictionary_.size() - 1);
-  const unsigned label_bits = std::max(1u, width(std::ranges::max(dictionary_)));
+  index_bits_ = width(dictionary.size() - 1);
+  const unsigned label_bits = std::max(1u, width(std::ranges::max(dictionary)));
   group_.append(label_bits - 1, 5);
   group_.append(index_bits_, 5);
-  if (index_bits_ > 0) write_bricks();
-  for (const std::uint32_t label : dictionary_) group_.append(label, label_bits);
+  if (index_bits_ > 0) write_bricks(bricks, dictionary.size());
+  for (const std::uint32_t label : dictionary) group_.append(label, label_bits);
   if (index_bits_ > 0) group_.append(0, (8 - group_.size() % 8) % 8);
   masks_end_ += group_.size();
-  bits_.labels += label_bits * dictionary_.size();
-  bits_.header += group_.size() - label_bits * dictionary_.size();
+  bits_.labels += label_bits * dictionary.size();
+  bits_.header += group_.size() - label_bits * dictionary.size();
   group_.append(streams_);
   append_group(words, bytes);
-  bricks_.clear();
-  blocks_.clear();
-  masks_.clear();
-  own_labels_.clear();
-  dictionary_.clear();
-  indices_.clear();
 }
 
 /// One word more than the bits need, since every read takes the word behind too; and 8 bytes from the last mask on.
