@@ -18,7 +18,7 @@ using volumes::fail;
 
 namespace {
 
-constexpr unsigned kFitRounds = 3;  ///< shapes are given the contents that the last round's code makes short
+constexpr unsigned kFitRounds = 2;  ///< shapes are given the contents that the last round's code makes short
 constexpr unsigned kMostLength = CVR_C_CODE_BITS;
 constexpr std::uint32_t kRawBits = CVR_C_RAW_BITS;
 constexpr unsigned kEscapes = 9;  ///< by labels of their own
@@ -132,16 +132,17 @@ CodedBlock BlockCode::shortest(const BlockShape& shape, bool fine) const {
 }
 
 /// Gives codes to the patterns that are worth it.
-void BlockCode::fit_side(Side& side, const PatternCounts& counts) {
+void BlockCode::fit_side(Side& side, const KeyCounts& patterns) {
   std::uint64_t total = 1;
-  for (const auto& [pattern, count] : counts) total += count;
+  for (const auto& [key, count] : patterns.entries()) total += count;
   struct Candidate {
     std::uint32_t number;
     std::uint64_t count;
   };
   std::vector<Candidate> candidates;
   std::array<std::uint64_t, kEscapes> escaped{};
-  for (const auto& [pattern, count] : counts) {
+  for (const auto& [key, count] : patterns.entries()) {
+    const auto pattern = static_cast<BlockOperations>(key);
     const auto times = static_cast<double>(count);
     if (times * (kExpectedEscape + kRawBits - std::log2(static_cast<double>(total) / times)) > kWorthBits) {
       candidates.push_back({number_of(pattern), count});
@@ -168,16 +169,16 @@ void BlockCode::fit_side(Side& side, const PatternCounts& counts) {
   side.assign_codes();
 }
 
-void BlockCode::fit(const ShapeCounts& counts) {
-  for (unsigned fine = 0; fine < 2; ++fine) {
-    for (unsigned round = 0; round < kFitRounds; ++round) {
-      PatternCounts patterns;
-      for (const auto& [bits, count] : counts[fine]) {
-        const BlockShape shape = BlockShape::from_bits(bits);
-        patterns[round == 0 ? shape.operations(shape.widest_first()) : shortest(shape, fine != 0).operations] += count;
-      }
-      fit_side(sides_[fine], patterns);
+void BlockCode::fit(const KeyCounts& shapes) {
+  for (unsigned round = 0; round < kFitRounds; ++round) {
+    std::array<KeyCounts, 2> patterns;
+    for (const auto& [key, count] : shapes.entries()) {
+      const BlockShape shape = shape_of(key);
+      const BlockOperations operations =
+          round == 0 ? shape.operations(shape.widest_first()) : shortest(shape, is_fine(key)).operations;
+      patterns[is_fine(key)].note(operations, count);
     }
+    for (unsigned fine = 0; fine < 2; ++fine) fit_side(sides_[fine], patterns[fine]);
   }
   build_tables();
 }

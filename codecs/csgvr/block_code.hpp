@@ -12,17 +12,19 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "codecs/bytes.hpp"
 #include "codecs/csgvr/blocks.hpp"
+#include "codecs/csgvr/key_counts.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::codecs::csgvr {
 
-/// How often each shape occurs, [0] above the finest level, [1] in it; keys are BlockShape::bits().
-using ShapeCounts = std::array<std::unordered_map<std::uint64_t, std::uint64_t>, 2>;
+/// What shapes are counted by: BlockShape::bits(), and whether the block is of the finest level.
+inline std::uint64_t shape_key(const BlockShape& shape, bool fine) { return shape.bits() << 1 | (fine ? 1 : 0); }
+inline BlockShape shape_of(std::uint64_t key) { return BlockShape::from_bits(key >> 1); }
+inline bool is_fine(std::uint64_t key) { return (key & 1) != 0; }
 
 /// Whether operations are such as an encoder writes: all below 6, and no repeated label before the first of the block.
 bool valid_operations(BlockOperations operations);
@@ -36,8 +38,8 @@ struct CodedBlock {
 
 class BlockCode {
  public:
-  /// Codes for these shapes; others are coded with escapes.
-  void fit(const ShapeCounts& counts);
+  /// Codes for shapes that occur so often, by their shape_key(); others are coded with escapes.
+  void fit(const KeyCounts& shapes);
 
   void write(ByteWriter& out) const;
   volumes::Expected<void> read(ByteReader& in);
@@ -68,10 +70,9 @@ class BlockCode {
     std::vector<std::uint16_t> slots_;  ///< places of patterns + 1, open addressing, a power of two
     unsigned hash_shift_ = 31;
   };
-  using PatternCounts = std::unordered_map<BlockOperations, std::uint64_t>;
 
   static CodedBlock code_of(BlockOperations operations, const Side& side);
-  static void fit_side(Side& side, const PatternCounts& counts);
+  static void fit_side(Side& side, const KeyCounts& patterns);
   void build_tables();
 
   std::array<Side, 2> sides_;  ///< coarse, fine

@@ -36,11 +36,9 @@ class CsgvrcFormat final : public BrickFormat {
 
   bool keeps_bricks() const override { return true; }
   void fit_kept(std::span<PackWorkspace* const> workspaces) override {
-    csgvr::ShapeCounts counts;
+    csgvr::KeyCounts counts;
     for (const PackWorkspace* workspace : workspaces) {
-      for (const auto& entry : static_cast<const KeptGroups*>(workspace)->shapes().entries()) {
-        counts[entry.fine][entry.shape.bits()] += entry.count;
-      }
+      for (const auto& [shape, count] : static_cast<const KeptGroups*>(workspace)->shapes().entries()) counts.note(shape, count);
     }
     code_.fit(counts);
     for (PackWorkspace* workspace : workspaces) static_cast<KeptGroups*>(workspace)->choose(code_);

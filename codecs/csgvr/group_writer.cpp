@@ -50,31 +50,6 @@ class Samples {
 
 }  // namespace
 
-std::uint32_t ShapeTable::note(const BlockShape& shape, bool fine) {
-  const std::uint64_t key = key_of(shape, fine);
-  std::size_t at = hash(key) & (slots_.size() - 1);
-  for (; slots_[at] != 0; at = (at + 1) & (slots_.size() - 1)) {
-    Entry& entry = entries_[slots_[at] - 1];
-    if (key_of(entry.shape, entry.fine) != key) continue;
-    ++entry.count;
-    return slots_[at] - 1;
-  }
-  entries_.push_back({shape, fine, 1});
-  const auto number = static_cast<std::uint32_t>(entries_.size());
-  slots_[at] = number;
-  if (2 * entries_.size() > slots_.size()) grow();
-  return number - 1;
-}
-
-void ShapeTable::grow() {
-  slots_.assign(4 * slots_.size(), 0);
-  for (std::uint32_t i = 0; i < entries_.size(); ++i) {
-    std::size_t at = hash(key_of(entries_[i].shape, entries_[i].fine)) & (slots_.size() - 1);
-    while (slots_[at] != 0) at = (at + 1) & (slots_.size() - 1);
-    slots_[at] = i + 1;
-  }
-}
-
 std::uint32_t KeptGroups::index_of(std::uint32_t label) {
   const auto [place, added] = indices_.try_emplace(label, static_cast<std::uint32_t>(indices_.size()));
   if (added) dictionary_.push_back(label);
@@ -84,7 +59,7 @@ std::uint32_t KeptGroups::index_of(std::uint32_t label) {
 void KeptGroups::add(const csgv::LabelGrid& grid) {
   Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
   finder_.run(grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
-    blocks_.push_back(shapes_.note(shape, finest));
+    blocks_.push_back(shapes_.note(shape_key(shape, finest)));
     if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
     for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
       own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
@@ -103,7 +78,7 @@ void KeptGroups::finish_group() {
 
 void KeptGroups::choose(const BlockCode& code) {
   codes_.clear();
-  for (const ShapeTable::Entry& entry : shapes_.entries()) codes_.push_back(code.shortest(entry.shape, entry.fine));
+  for (const KeyCounts::Entry& entry : shapes_.entries()) codes_.push_back(code.shortest(shape_of(entry.key), is_fine(entry.key)));
 }
 
 GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const {

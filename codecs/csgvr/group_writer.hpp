@@ -13,28 +13,6 @@
 
 namespace cvr::codecs::csgvr {
 
-/// The shapes of the blocks that a worker has met, numbered, and how often.
-class ShapeTable {
- public:
-  ShapeTable() : slots_(1024) {}
-  /// The number of a shape, one more of which has been met.
-  std::uint32_t note(const BlockShape& shape, bool fine);
-  struct Entry {
-    BlockShape shape;
-    bool fine;
-    std::uint64_t count;
-  };
-  const std::vector<Entry>& entries() const { return entries_; }
-
- private:
-  static std::uint64_t hash(std::uint64_t key) { return key * 0x9e3779b97f4a7c15u >> 32; }
-  static std::uint64_t key_of(const BlockShape& shape, bool fine) { return shape.bits() << 1 | (fine ? 1 : 0); }
-  void grow();
-
-  std::vector<Entry> entries_;
-  std::vector<std::uint32_t> slots_;  ///< numbers + 1, open addressing, a power of two
-};
-
 /// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace of packing and of writing.
 class KeptGroups final : public csgv::PackWorkspace {
  public:
@@ -43,7 +21,7 @@ class KeptGroups final : public csgv::PackWorkspace {
   /// Takes the next brick of the group; its nodes outside the volume are filled.
   void add(const csgv::LabelGrid& grid);
   void finish_group();
-  const ShapeTable& shapes() const { return shapes_; }
+  const KeyCounts& shapes() const { return shapes_; }
   /// Chooses the codes of all shapes that have been met.
   void choose(const BlockCode& code);
 
@@ -63,7 +41,7 @@ class KeptGroups final : public csgv::PackWorkspace {
 
   unsigned levels_;
   BlockFinder finder_;
-  ShapeTable shapes_;
+  KeyCounts shapes_;                       ///< of the blocks: shape_key()
   std::vector<CodedBlock> codes_;          ///< of the shapes
   std::vector<Group> groups_;
   std::vector<Brick> bricks_;

@@ -20,7 +20,7 @@ namespace {
 using codecs::csgvr::BlockCode;
 using codecs::csgvr::BlockShape;
 using codecs::csgvr::CodedBlock;
-using codecs::csgvr::ShapeCounts;
+using codecs::csgvr::KeyCounts;
 using volumes::Coordinate;
 using volumes::Extent;
 using volumes::Volume;
@@ -89,9 +89,9 @@ std::vector<BlockShape> shapes(std::size_t count) {
 }
 
 BlockCode fitted(std::span<const BlockShape> fine, std::span<const BlockShape> coarse) {
-  ShapeCounts counts;
-  for (const BlockShape& shape : coarse) ++counts[0][shape.bits()];
-  for (const BlockShape& shape : fine) ++counts[1][shape.bits()];
+  KeyCounts counts;
+  for (const BlockShape& shape : coarse) counts.note(codecs::csgvr::shape_key(shape, false));
+  for (const BlockShape& shape : fine) counts.note(codecs::csgvr::shape_key(shape, true));
   BlockCode code;
   code.fit(counts);
   return code;
