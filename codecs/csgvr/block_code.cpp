@@ -154,7 +154,9 @@ void BlockCode::fit_side(Side& side, const KeyCounts& patterns) {
     std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {
       return a.count != b.count ? a.count > b.count : a.number < b.number;
     });
-    for (std::size_t i = kMostPatterns; i < candidates.size(); ++i) escaped[labels_of(pattern_of(candidates[i].number))] += candidates[i].count;
+    for (std::size_t i = kMostPatterns; i < candidates.size(); ++i) {
+      escaped[labels_of(pattern_of(candidates[i].number))] += candidates[i].count;
+    }
     candidates.resize(kMostPatterns);
   }
   std::ranges::sort(candidates, {}, &Candidate::number);

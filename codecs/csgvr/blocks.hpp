@@ -95,7 +95,8 @@ class BlockFinder {
   explicit BlockFinder(std::uint32_t b)
       : active_(csgv::nodes_of_level(csgv::levels_of_brick(b) - 2)), next_(active_.size()) {}
 
-  /// body(finest, shape, mask of open children, labels of the 8 children) for each block of a grid whose nodes outside the volume are filled.
+  /// body(finest, shape, mask of open children, labels of the 8 children) for each block of a grid whose nodes outside the volume are
+  /// filled.
   template <class Body>
   void run(const csgv::LabelGrid& grid, Body&& body) {
     std::uint32_t count = grid.constant() ? 0 : 1;

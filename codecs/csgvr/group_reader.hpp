@@ -21,7 +21,8 @@ struct OwnLabels {
 /// A Reader for Reconstruction over a checked brick.
 class BlockReader {
  public:
-  BlockReader(shaders::Words words, shaders::Words tables, const shaders::CsgvrcBrick& brick) : words_(words), tables_(tables), brick_(brick) {
+  BlockReader(shaders::Words words, shaders::Words tables, const shaders::CsgvrcBrick& brick)
+      : words_(words), tables_(tables), brick_(brick) {
     labels_.push_back(label(brick.root));
   }
   OwnLabels labels() const { return {labels_}; }

@@ -8,8 +8,8 @@
 
 namespace cvr::codecs::csgvr {
 
-/// Calls query(words of the brick's group, place of the brick in its group, Morton code of the node at `level` that contains it, label) for each point; query
-/// returns false where the brick's bytes are none that an encoder writes.
+/// Calls query(words of the brick's group, place of the brick in its group, Morton code of the node at `level` that contains the point,
+/// label) for each point; query returns false where the brick's bytes are none that an encoder writes.
 template <class Query>
 csgv::BrickError for_each_point(const csgv::BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                                 std::span<std::uint64_t> labels, Query&& query) {

@@ -1,17 +1,18 @@
-// Random access into one brick of `csgvr-c`: variable-length codes for whole 2x2x2 blocks, with a sample every 16 blocks.
+// Random access into one brick of `csgvr-c`: variable-length codes for whole 2x2x2 blocks, with a sample every 8 blocks.
 //
 // Blocks. Node k of the open (not constant) nodes of a brick, numbered from 0 over all levels, coarsest first and in Morton order,
 // has block k: the operations of its eight children, child 0 in the lowest of 8 x 3 bits. Operation 4 is a label of its own, 5 the label of
 // the last such child of the block; the others are those of csgvr.glsl. Above the finest level a mask of 8 bits tells which children
 // are open, so the open children of block k are the nodes 1 + (open children of the blocks before k) and following.
 //
-// Codes. Two prefix codes a volume, for the blocks of the finest level and of all others, of at most 13 bits, looked up by the next 13 bits,
-// first bit lowest. Blocks without a code of their own have one of nine escapes, by the number of their own labels, and after it the 24
-// bits of their operations. Tables, each for the coarse code, then for the fine one:
+// Codes. Two prefix codes a volume, for the blocks of the finest level and of all others, of at most 13 bits, looked up by the next
+// 13 bits, first bit lowest. Blocks without a code of their own have one of nine escapes, by the number of their own labels, and after it
+// the 24 bits of their operations. Tables, each for the coarse code, then for the fine one:
 //   2^13 x 16 bits: bits 0..5 length, with the 24 bits after an escape, 6..9 labels of its own
 //   2^13 x 16 bits: place among the operations; 65535: an escape
 //   32-bit words of operations, the first place at word 2^14
-// Runs of 16 blocks, of the finest level and of the others apart. A run ends with the dictionary indices of its blocks' own labels, the
+//
+// Runs of 8 blocks, of the finest level and of the others apart. A run ends with the dictionary indices of its blocks' own labels, the
 // first last, so that codes alone lie before the code that is asked for. Samples tell where a run begins.
 //
 // Group of bricks, in bits from its first word, first bit lowest:
