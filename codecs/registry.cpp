@@ -31,6 +31,7 @@ std::span<const Codec* const> all_codecs() {
       &csgvr_nibble_codec(),
       &csgvr_codec(),
       &csgvr_sb_codec(),
+      &csgvr_c_codec(),
       &vq_codec(),
       &hvq_codec(),
       &tvq_codec(),

@@ -17,7 +17,7 @@ KernelSource decoder_text(const Device& device, const codecs::GpuEncoding& encod
   KernelSource source;
   if (device.limits().serial_gathers) source.definitions.emplace_back("CVR_HOLD_HEADERS", "1");
   for (const auto& [name, value] : encoding.constants) source.definitions.emplace_back(name, std::to_string(value));
-  for (const char* text : {"portable", "morton", "bit_vector", "csgvr", "csgvr_nibble", "neuroglancer", "label_codes"})
+  for (const char* text : {"portable", "morton", "bit_vector", "csgvr", "csgvr_c", "csgvr_nibble", "neuroglancer", "label_codes"})
     source.texts.push_back(fmt::format("shaders/shared/{}.glsl", text));
   source.texts.push_back(fmt::format("shaders/decode/{}.glsl", encoding.decoder));
   return source;

@@ -16,6 +16,7 @@ using volumes::parallel_for;
 using volumes::SlabReader;
 
 constexpr std::uint64_t kSlabDepth = 64;
+constexpr std::size_t kGroupsAtOnce = 256;  ///< of kept ones, written before they are appended
 
 /// Replaces labels above 32 bits by their rank among all labels.
 class LabelRemap {
@@ -82,6 +83,7 @@ struct Worker {
   LabelGrid grid;
   OperationStream operations;
   std::unique_ptr<PackWorkspace> pack;
+  std::size_t finished = 0;          ///< groups, by this worker
   std::vector<std::uint32_t> words;  ///< groups of the current slab
   ByteBreakdown bytes;
 };
@@ -96,6 +98,7 @@ class BrickEncoder {
 
   void number_labels();
   void sample();
+  void keep();
   Expected<Payload> run();
 
  private:
@@ -103,6 +106,10 @@ class BrickEncoder {
   void with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at, Worker& worker, Body&& body);
   template <class Body>
   void for_each_slab(unsigned stride, Body&& body);
+  template <class T>
+  void pack_group(const T* slab, std::uint64_t layer, std::uint64_t i, Worker& worker);
+  template <class Body>
+  void for_each_piece(Body&& append);
   unsigned sampling_stride() const;
   void write_front(ByteWriter& out, ByteBreakdown& bytes) const;
 
@@ -114,6 +121,12 @@ class BrickEncoder {
   BrickLayout layout_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::vector<std::uint32_t> narrowed_;
+  /// Which worker keeps a group, and as which of its groups.
+  struct Kept {
+    unsigned worker;
+    std::size_t n;
+  };
+  std::vector<Kept> kept_;  ///< groups in their order
 };
 
 /// Finds the operations of the brick `at`, of a slab that begins with that layer, and calls body(brick).
@@ -215,6 +228,73 @@ void BrickEncoder::write_front(ByteWriter& out, ByteBreakdown& bytes) const {
   bytes[ByteClass::kPadding] = out.size() - 16 - bytes[ByteClass::kTables];
 }
 
+/// Packs the i-th group of a slab of whole groups that begins with a layer of bricks.
+template <class T>
+void BrickEncoder::pack_group(const T* slab, std::uint64_t layer, std::uint64_t i, Worker& worker) {
+  const Extent& groups = layout_.groups;
+  const Coordinate group{i % groups.x, i / groups.x % groups.y, layer / layout_.group + i / (groups.x * groups.y)};
+  const Extent bricks = layout_.bricks_of_group(group);
+  for (std::uint64_t k = 0; k < bricks.voxels(); ++k) {
+    const Coordinate brick{group.x * layout_.group + k % bricks.x, group.y * layout_.group + k / bricks.x % bricks.y,
+                           group.z * layout_.group + k / (bricks.x * bricks.y)};
+    with_brick(slab, layer, brick, worker,
+               [&](const SourceBrick& found) { format_.pack(found, *worker.pack, worker.words, worker.bytes); });
+  }
+  format_.finish_group(*worker.pack, worker.words, worker.bytes);
+  ++worker.finished;
+}
+
+/// Shows all bricks to a format that keeps them.
+void BrickEncoder::keep() {
+  if (!format_.keeps_bricks()) return;
+  for_each_slab(1, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
+    const std::size_t first = kept_.size();
+    kept_.resize(first + layout_.groups.x * layout_.groups.y * ((layers + layout_.group - 1) / layout_.group));
+    parallel_for(threads_, kept_.size() - first, [&](unsigned w, std::uint64_t i) {
+      kept_[first + i] = {w, workers_[w]->finished};
+      pack_group(slab, layer, i, *workers_[w]);
+    });
+  });
+  std::vector<PackWorkspace*> workspaces;
+  for (const auto& worker : workers_) workspaces.push_back(worker->pack.get());
+  format_.fit_kept(workspaces);
+}
+
+/// Calls append(words) for each group in its order: of a slab after the other, or of what has been kept.
+template <class Body>
+void BrickEncoder::for_each_piece(Body&& append) {
+  struct Piece {
+    unsigned worker;
+    std::size_t at, words;
+  };
+  std::vector<Piece> pieces;
+  const auto write = [&](std::size_t count, auto&& write_piece) {
+    for (const auto& worker : workers_) worker->words.clear();
+    pieces.resize(count);
+    parallel_for(threads_, count, [&](unsigned w, std::uint64_t i) {
+      const std::size_t at = workers_[w]->words.size();
+      write_piece(w, i);
+      pieces[i] = {w, at, workers_[w]->words.size() - at};
+    });
+    for (const Piece& piece : pieces) append(std::span<const std::uint32_t>(workers_[piece.worker]->words).subspan(piece.at, piece.words));
+  };
+  if (!format_.keeps_bricks()) {
+    for_each_slab(1, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
+      write(layout_.groups.x * layout_.groups.y * ((layers + layout_.group - 1) / layout_.group),
+            [&](unsigned w, std::uint64_t i) { pack_group(slab, layer, i, *workers_[w]); });
+    });
+    return;
+  }
+  std::vector<std::unique_ptr<PackWorkspace>> scratch;
+  for (unsigned w = 0; w < threads_; ++w) scratch.push_back(format_.write_workspace());
+  for (std::size_t first = 0; first < kept_.size(); first += kGroupsAtOnce) {
+    write(std::min(kGroupsAtOnce, kept_.size() - first), [&](unsigned w, std::uint64_t i) {
+      const Kept& kept = kept_[first + i];
+      format_.write_kept(*workers_[kept.worker]->pack, kept.n, *scratch[w], workers_[w]->words, workers_[w]->bytes);
+    });
+  }
+}
+
 Expected<Payload> BrickEncoder::run() {
   const std::uint64_t groups = layout_.groups.voxels();
   ByteBreakdown bytes;
@@ -225,40 +305,16 @@ Expected<Payload> BrickEncoder::run() {
   payload.bytes.resize(table_at + (groups + 1) * sizeof(std::uint32_t));
   bytes[ByteClass::kIndex] = (groups + 1) * sizeof(std::uint32_t);
 
-  struct Piece {
-    unsigned worker;
-    std::size_t at, words;
-  };
-  std::vector<Piece> pieces;
   std::uint64_t next = 0;  // in the start table
   std::uint64_t words = 0;
   const auto set_start = [&](std::uint64_t i, std::uint64_t start) {
     const auto stored = static_cast<std::uint32_t>(start);
     std::memcpy(payload.bytes.data() + table_at + i * sizeof stored, &stored, sizeof stored);
   };
-  for_each_slab(1, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
-    for (const auto& worker : workers_) worker->words.clear();
-    const std::uint64_t a_layer = layout_.groups.x * layout_.groups.y;
-    pieces.resize(a_layer * ((layers + layout_.group - 1) / layout_.group));
-    parallel_for(threads_, pieces.size(), [&](unsigned w, std::uint64_t i) {
-      Worker& worker = *workers_[w];
-      const std::size_t at = worker.words.size();
-      const Coordinate group{i % layout_.groups.x, i / layout_.groups.x % layout_.groups.y, layer / layout_.group + i / a_layer};
-      const Extent bricks = layout_.bricks_of_group(group);
-      for (std::uint64_t k = 0; k < bricks.voxels(); ++k) {
-        const Coordinate brick{group.x * layout_.group + k % bricks.x, group.y * layout_.group + k / bricks.x % bricks.y,
-                               group.z * layout_.group + k / (bricks.x * bricks.y)};
-        with_brick(slab, layer, brick, worker,
-                   [&](const SourceBrick& found) { format_.pack(found, *worker.pack, worker.words, worker.bytes); });
-      }
-      format_.finish_group(*worker.pack, worker.words, worker.bytes);
-      pieces[i] = {w, at, worker.words.size() - at};
-    });
-    for (const Piece& piece : pieces) {
-      set_start(next++, words);
-      payload.bytes.append(workers_[piece.worker]->words.data() + piece.at, piece.words * sizeof(std::uint32_t));
-      words += piece.words;
-    }
+  for_each_piece([&](std::span<const std::uint32_t> piece) {
+    set_start(next++, words);
+    payload.bytes.append(piece.data(), piece.size_bytes());
+    words += piece.size();
   });
   set_start(groups, words);
   if (words > ~std::uint32_t{0}) {
@@ -303,11 +359,14 @@ Extent BrickLayout::bricks_of_group(const Coordinate& g) const {
   return {cut(g.x, grid.x), cut(g.y, grid.y), cut(g.z, grid.z)};
 }
 
+std::uint32_t BrickLayout::member(const Coordinate& c) const {
+  const Extent bricks = bricks_of_group(group_at(c));
+  return static_cast<std::uint32_t>(c.x % group + bricks.x * (c.y % group + bricks.y * (c.z % group)));
+}
+
 StoredBrick BrickLayout::stored(const Coordinate& c) const {
   const Coordinate g = group_at(c);
-  const Extent bricks = bricks_of_group(g);
-  return {group_words(group_index(g)), static_cast<std::uint32_t>(c.x % group + bricks.x * (c.y % group + bricks.y * (c.z % group))),
-          static_cast<std::uint32_t>(bricks.voxels())};
+  return {group_words(group_index(g)), member(c), static_cast<std::uint32_t>(bricks_of_group(g).voxels())};
 }
 
 BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {
@@ -332,6 +391,7 @@ Expected<Payload> BrickCodec::encode(const VolumeSource& source, const Parameter
   BrickEncoder encoder(source, static_cast<std::uint32_t>(parameters.integer("brick")), *format, threads);
   encoder.number_labels();
   encoder.sample();
+  encoder.keep();
   return encoder.run();
 }
 

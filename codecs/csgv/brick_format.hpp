@@ -80,6 +80,8 @@ struct BrickLayout {
   Coordinate group_at(const Coordinate& c) const { return {c.x / group, c.y / group, c.z / group}; }
   std::uint64_t group_index(const Coordinate& g) const { return g.x + groups.x * (g.y + groups.y * g.z); }
   Extent bricks_of_group(const Coordinate& g) const;
+  /// A brick's place in its group, x fastest.
+  std::uint32_t member(const Coordinate& c) const;
   StoredBrick stored(const Coordinate& brick) const;
   std::span<const std::uint32_t> group_words(std::uint64_t i) const { return {words + starts[i], words + starts[i + 1]}; }
   BrickExtent brick_extent(const Coordinate& c) const;
@@ -113,6 +115,15 @@ class BrickFormat {
   virtual void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
                     ByteBreakdown& bytes) const = 0;
   virtual void finish_group(PackWorkspace&, std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
+  /// Formats whose tables are fitted to every brick keep what they need of all bricks first: pack() and finish_group() append no words;
+  /// then fit_kept() sees the workspaces of all workers, and write_kept() appends the n-th group that `kept` has finished, with a
+  /// write_workspace() for what it needs on the way.
+  virtual bool keeps_bricks() const { return false; }
+  virtual void fit_kept(std::span<PackWorkspace* const>) {}
+  virtual std::unique_ptr<PackWorkspace> write_workspace() const { return nullptr; }
+  virtual void write_kept(const PackWorkspace& /*kept*/, std::size_t /*n*/, PackWorkspace& /*scratch*/,
+                          std::vector<std::uint32_t>& /*words*/, ByteBreakdown&) const {}
+
   /// Rebuilds the levels 0..target of workspace.grid; of levels below the target only what the target needs.
   virtual BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const = 0;
   /// Formats with an entropy coder count the symbols of a brick's operations; the others have no entropy of their own.

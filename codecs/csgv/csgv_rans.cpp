@@ -31,7 +31,7 @@ class RansReader {
     codes = 0;
     for (unsigned c = 0; c < count; ++c) codes |= std::uint64_t{decoder_.next()} << (8 * c);
     if (tally_ != nullptr) {
-      for (unsigned c = 0; c < count; ++c) tally_->add(finest_ ? 1 : 0, codes >> (8 * c) & 0xff);
+      for (unsigned c = 0; c < count; ++c) tally_->add(finest_ ? 1 : 0, static_cast<std::uint32_t>(codes >> (8 * c) & 0xff));
     }
     return !decoder_.failed();
   }

@@ -5,12 +5,9 @@
 #include <cstring>
 
 #include "codecs/csgv/lanes.hpp"
-#include "shaders/shared/shared.hpp"
+#include "codecs/csgv/neighbour_matches.hpp"
 
 namespace cvr::codecs::csgv {
-
-using shaders::cvr_morton_minus;
-using shaders::cvr_morton_plus;
 
 namespace {
 
@@ -106,25 +103,13 @@ void OperationStream::encode_levels(const LabelGrid& grid, const Validity& valid
       unsigned rest = valid & ~lanes.equal(Lanes::broadcast(parents[n]));
       std::uint64_t codes = 0;
       if (rest != 0) {
-        // Lanes whose neighbour exists: children at 0 need a block at -1, children at 1 a block at +1 that is not outside.
-        const auto available = [&](unsigned axis, unsigned low, unsigned high) {
-          const std::uint32_t mask = CVR_MORTON_X << axis;
-          const bool minus = (n & mask) != 0;
-          const bool plus = (n & mask) != (mask & inside) &&
-                            (all_nodes || validity.children(l - 1, cvr_morton_plus(n, axis)) != 0);
-          return (minus ? low : 0u) | (plus ? high : 0u);
-        };
-        const auto minus = [&](unsigned axis) {
-          const bool exists = (n & (CVR_MORTON_X << axis)) != 0;
-          return Lanes::load(nodes + 8 * (exists ? cvr_morton_minus(n, axis) : n));
-        };
-        const auto plus = [&](unsigned axis) { return parents[cvr_morton_plus(n, axis) & inside]; };
-        const unsigned x = rest & available(0, 0x55, 0xaa) & lanes.equal(Lanes::neighbours_x(minus(0), plus(0)));
-        rest &= ~x;
-        const unsigned y = rest & available(1, 0x33, 0xcc) & lanes.equal(Lanes::neighbours_y(minus(1), plus(1)));
-        rest &= ~y;
-        const unsigned z = rest & available(2, 0x0f, 0xf0) & lanes.equal(Lanes::neighbours_z(minus(2), plus(2)));
-        rest &= ~z;
+        const auto [by_x, by_y, by_z] = neighbour_matches(lanes, nodes, parents, n, inside, [&](std::uint32_t above) {
+          return all_nodes || validity.children(l - 1, above) != 0;
+        });
+        const unsigned x = rest & by_x;
+        const unsigned y = rest & by_y & ~x;
+        const unsigned z = rest & by_z & ~x & ~y;
+        rest &= ~(x | y | z);
         codes = kSpread[x] * kNeighbourX | kSpread[y] * kNeighbourY | kSpread[z] * kNeighbourZ |
                 palette_operations<kDeltas>(block, rest);
       }

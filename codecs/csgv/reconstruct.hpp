@@ -28,10 +28,11 @@ struct ReversedPalette {
 using BrickError = const char*;
 
 /// Rebuilds the levels 0..target of `grid` (finer levels are undefined afterwards).
-template <class Reader>
+/// Palette: `size`, and the label of entry k < size.
+template <class Reader, class Palette = ReversedPalette>
 class Reconstruction {
  public:
-  Reconstruction(Reader& reader, const ReversedPalette& palette, LabelGrid& grid, const Validity& validity,
+  Reconstruction(Reader& reader, const Palette& palette, LabelGrid& grid, const Validity& validity,
                  const OperationOptions& options)
       : reader_(reader), palette_(palette), grid_(grid), validity_(validity), options_(options),
         all_nodes_(options.keep_outside || validity.whole()) {}
@@ -46,7 +47,7 @@ class Reconstruction {
   void fill_below(unsigned level, std::uint32_t n, unsigned target);
 
   Reader& reader_;
-  ReversedPalette palette_;
+  Palette palette_;
   LabelGrid& grid_;
   const Validity& validity_;
   OperationOptions options_;
@@ -62,8 +63,8 @@ inline std::uint64_t expand_to_lanes(std::uint64_t codes, unsigned valid) {
   return spread;
 }
 
-template <class Reader>
-BrickError Reconstruction<Reader>::start(unsigned target, bool& stopped) {
+template <class Reader, class Palette>
+BrickError Reconstruction<Reader, Palette>::start(unsigned target, bool& stopped) {
   std::uint64_t root = 0;
   if (!reader_.take(1, root)) return "the operations end early";
   if ((root & 7) != kAdvance) return "the first operation is not 'palette advance'";
@@ -76,8 +77,8 @@ BrickError Reconstruction<Reader>::start(unsigned target, bool& stopped) {
 }
 
 /// Nodes below a node lie side by side in every finer level.
-template <class Reader>
-void Reconstruction<Reader>::fill_below(unsigned level, std::uint32_t n, unsigned target) {
+template <class Reader, class Palette>
+void Reconstruction<Reader, Palette>::fill_below(unsigned level, std::uint32_t n, unsigned target) {
   const std::uint32_t label = grid_.labels(level)[n];
   for (unsigned l = level + 1; l <= target; ++l) {
     const std::uint32_t count = nodes_of_level(l - level);
@@ -87,8 +88,8 @@ void Reconstruction<Reader>::fill_below(unsigned level, std::uint32_t n, unsigne
 
 /// With deltas the digits stand between the symbols: one at a time. A leading zero digit ends the brick: no encoder writes it,
 /// and entropy-coded ones could go on for billions of digits in a few bytes.
-template <class Reader>
-bool Reconstruction<Reader>::take_with_digits(unsigned valid, std::uint64_t& codes) {
+template <class Reader, class Palette>
+bool Reconstruction<Reader, Palette>::take_with_digits(unsigned valid, std::uint64_t& codes) {
   codes = 0;
   for (; valid != 0; valid &= valid - 1) {
     const auto c = static_cast<unsigned>(std::countr_zero(valid));
@@ -108,8 +109,8 @@ bool Reconstruction<Reader>::take_with_digits(unsigned valid, std::uint64_t& cod
 }
 
 /// Labels of the children of node n of level l-1.
-template <class Reader>
-BrickError Reconstruction<Reader>::block(unsigned l, std::uint32_t n, unsigned valid, std::uint64_t codes) {
+template <class Reader, class Palette>
+BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, unsigned valid, std::uint64_t codes) {
   const std::uint32_t* parents = grid_.labels(l - 1);
   std::uint32_t* nodes = grid_.labels(l);
   const std::uint64_t operations = codes & 0x0707070707070707u;
@@ -156,8 +157,8 @@ BrickError Reconstruction<Reader>::block(unsigned l, std::uint32_t n, unsigned v
   return nullptr;
 }
 
-template <class Reader>
-BrickError Reconstruction<Reader>::run(unsigned target, std::uint32_t* active, std::uint32_t* next) {
+template <class Reader, class Palette>
+BrickError Reconstruction<Reader, Palette>::run(unsigned target, std::uint32_t* active, std::uint32_t* next) {
   bool stopped = false;
   if (BrickError error = start(target, stopped)) return error;
   std::uint32_t active_count = stopped ? 0 : 1;

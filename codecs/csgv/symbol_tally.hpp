@@ -3,46 +3,36 @@
 
 #include <cmath>
 #include <cstdint>
-#include <vector>
+#include <map>
+#include <unordered_map>
 
 namespace cvr::codecs::csgv {
 
 class SymbolTally {
  public:
-  void add(std::size_t context, std::size_t symbol) {
-    if (context >= counts_.size()) counts_.resize(context + 1);
-    auto& symbols = counts_[context];
-    if (symbol >= symbols.size()) symbols.resize(symbol + 1);
-    ++symbols[symbol];
-  }
+  void add(std::uint32_t context, std::uint32_t symbol) { ++counts_[std::uint64_t{context} << 32 | symbol]; }
   /// Bits that are equally likely.
   void add_plain(std::uint64_t bits) { plain_ += bits; }
 
   void merge(const SymbolTally& other) {
     plain_ += other.plain_;
-    if (other.counts_.size() > counts_.size()) counts_.resize(other.counts_.size());
-    for (std::size_t c = 0; c < other.counts_.size(); ++c) {
-      const auto& theirs = other.counts_[c];
-      if (theirs.size() > counts_[c].size()) counts_[c].resize(theirs.size());
-      for (std::size_t s = 0; s < theirs.size(); ++s) counts_[c][s] += theirs[s];
-    }
+    for (const auto& [key, count] : other.counts_) counts_[key] += count;
   }
 
   /// Bits that a coder would take that knew how often each symbol occurs in each context, its tables for nothing.
   double entropy_bits() const {
-    double bits = static_cast<double>(plain_);
-    for (const auto& symbols : counts_) {
-      double total = 0;
-      for (const std::uint64_t n : symbols) total += static_cast<double>(n);
-      for (const std::uint64_t n : symbols) {
-        if (n > 0) bits -= static_cast<double>(n) * std::log2(static_cast<double>(n) / total);
-      }
+    const std::map<std::uint64_t, std::uint64_t> ordered(counts_.begin(), counts_.end());  // sums do not depend on the order of counting
+    std::map<std::uint64_t, std::uint64_t> totals;
+    for (const auto& [key, count] : ordered) totals[key >> 32] += count;
+    auto bits = static_cast<double>(plain_);
+    for (const auto& [key, count] : ordered) {
+      bits -= static_cast<double>(count) * std::log2(static_cast<double>(count) / static_cast<double>(totals[key >> 32]));
     }
     return bits;
   }
 
  private:
-  std::vector<std::vector<std::uint64_t>> counts_;
+  std::unordered_map<std::uint64_t, std::uint64_t> counts_;
   std::uint64_t plain_ = 0;
 };
 

@@ -268,7 +268,7 @@ BrickError CsgvrFormat::unpack(const StoredBrick& stored, const Validity& validi
 BrickError CsgvrFormat::at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                            std::span<std::uint64_t> labels) const {
   return csgvr::for_each_point(layout, points, level, labels,
-                               [&](std::span<const std::uint32_t> brick_words, std::uint32_t n, std::uint64_t& label) {
+                               [&](std::span<const std::uint32_t> brick_words, std::uint32_t, std::uint32_t n, std::uint64_t& label) {
                                  const CsgvrBrick brick = open(brick_words, layout.levels);
                                  const Words words{brick_words.data()};
                                  std::uint32_t index = 0;

@@ -8,5 +8,6 @@ namespace cvr::codecs {
 const Codec& csgvr_nibble_codec();
 const Codec& csgvr_codec();
 const Codec& csgvr_sb_codec();
+const Codec& csgvr_c_codec();
 
 }  // namespace cvr::codecs

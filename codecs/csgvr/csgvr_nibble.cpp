@@ -47,7 +47,7 @@ class CsgvrNibbleFormat final : public BrickFormat {
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override {
     return csgvr::for_each_point(layout, points, level, labels,
-                                 [&](std::span<const std::uint32_t> brick, std::uint32_t n, std::uint64_t& label) {
+                                 [&](std::span<const std::uint32_t> brick, std::uint32_t, std::uint32_t n, std::uint64_t& label) {
                                    std::uint32_t index = 0;
                                    std::uint32_t hops = 0;
                                    const shaders::Words words{brick.data()};

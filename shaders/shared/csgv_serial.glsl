@@ -11,6 +11,7 @@
 //   CVR_SERIAL_RANS          the same symbols behind range ANS (`csgv-rans`)
 //   CVR_SERIAL_CSGVR_NIBBLE  nibbles without stop bits, every node has one
 //   CVR_SERIAL_WAVELET       the wavelet matrix and stop bits of CSGV-R, every node has a symbol
+//   CVR_SERIAL_CSGVR_C       the blocks of `csgvr-c`, every node has a symbol; labels come from a dictionary
 // Whatever the words hold, no read leaves the brick's `word_count` words and no loop depends on more than them, provided that
 // the header and the palette fit (csgv) or that the brick was checked on opening (csgvr).
 
@@ -24,6 +25,9 @@ struct SerialBrick {
   uint valid_x;       // voxels of the brick inside the volume along each axis, 1 .. 2^(L-1)
   uint valid_y;
   uint valid_z;
+#ifdef CVR_SERIAL_CSGVR_C
+  CsgvrcBrick opened;
+#endif
 };
 
 #if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_CSGVR_NIBBLE)
@@ -160,10 +164,62 @@ CVR_FUNC uint cvr_symbols_next(Words words, bool stop_bits, CVR_INOUT(SymbolCurs
   return symbol;
 }
 
+#elif defined(CVR_SERIAL_CSGVR_C)
+
+struct SymbolCursor {
+  bool fine;
+  uint next;        // block, among the coarse or the fine ones
+  uint child;       // of the block that has been read
+  uint operations;  // of its children
+  uint open;        // its open children; the finest level: all
+  uint at;          // bit of the next code
+  uint labels_at;   // bit behind the next label of the run
+  uint index;       // of the last label, in the dictionary
+};
+
+CVR_FUNC SymbolCursor cvr_symbols_begin(bool fine) {
+  SymbolCursor cursor;
+  cursor.fine = fine;
+  cursor.next = 0u;
+  cursor.child = 8u;
+  cursor.operations = 0u;
+  cursor.open = 255u;
+  cursor.at = 0u;
+  cursor.labels_at = 0u;
+  cursor.index = 0u;
+  return cursor;
+}
+
+CVR_FUNC uint cvr_symbols_next(Words words, Global tables, CsgvrcBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+  if (cursor.child == 8u) {
+    if ((cursor.next & (CVR_C_RUN - 1u)) == 0u) {
+      CsgvrcRuns runs = cvr_c_runs(brick, cursor.fine);
+      cursor.at = cvr_c_run_begin(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
+      cursor.labels_at = cvr_c_run_end(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
+    }
+    cursor.operations = cvr_c_operations(words, tables, cursor.fine, cursor.at);
+    if (!cursor.fine) cursor.open = cvr_c_mask(words, brick, cursor.next);
+    cursor.child = 0u;
+    cursor.next += 1u;
+  }
+  uint operation = (cursor.operations >> (3u * cursor.child)) & 7u;
+  if (operation == CVR_OP_ADVANCE) {
+    cursor.labels_at -= brick.index_bits;
+    cursor.index = cvr_c_bits(words, cursor.labels_at, brick.index_bits);
+  }
+  uint stop = ((cursor.open >> cursor.child) & 1u) ^ 1u;
+  cursor.child += 1u;
+  return operation | (stop << 3);
+}
+
 #endif
 
 // What the functions below hand on to the source of symbols.
-#ifdef CVR_SERIAL_RANS
+#if defined(CVR_SERIAL_CSGVR_C)
+#define CVR_SERIAL_MEMORY Words words, Global tables
+#define CVR_SERIAL_ARGUMENTS words, tables
+#define CVR_NEXT_SYMBOL cvr_symbols_next(words, tables, brick.opened, cursor)
+#elif defined(CVR_SERIAL_RANS)
 #define CVR_SERIAL_MEMORY Words words, Global tables
 #define CVR_SERIAL_ARGUMENTS words, tables
 #define CVR_NEXT_SYMBOL cvr_symbols_next(words, tables, cursor)
@@ -205,6 +261,11 @@ CVR_FUNC uint cvr_serial_neighbour(uint child, uint axis, uint shift, uint insid
 // Decodes one brick: label codes of the nodes of level brick.target, in Morton order. `palette` and `words` are both the brick,
 // which may lie in two memories; rANS needs its tables.
 CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick brick, Labels labels) {
+#ifdef CVR_SERIAL_CSGVR_C
+  SymbolCursor cursor = cvr_symbols_begin(false);
+  uint root = brick.opened.constant ? 8u : 0u;
+  cvr_store(labels, 0u, cvr_c_label(palette, brick.opened, brick.opened.root));
+#else
 #if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_CSGVR_NIBBLE)
   SymbolCursor cursor = cvr_symbols_begin(brick);
 #else
@@ -213,10 +274,13 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
   uint entries = 1u;  // of the palette that have been used; the root takes the first
   uint root = CVR_NEXT_SYMBOL;
   cvr_store(labels, 0u, cvr_read_global(palette, brick.word_count - 1u));
+#endif
   if (brick.target > 0u) cvr_store(labels, 1u, root >> 3);
   for (uint l = 1u; l <= brick.target; ++l) {
 #ifdef CVR_SERIAL_RANS
     if (l + 1u == brick.levels) cvr_symbols_begin_finest(words, brick, cursor);
+#elif defined(CVR_SERIAL_CSGVR_C)
+    if (l + 1u == brick.levels) cursor = cvr_symbols_begin(true);
 #endif
 #ifdef CVR_SERIAL_CSGV
     SerialLimits limits = cvr_serial_limits(brick.valid_x, brick.valid_y, brick.valid_z, brick.levels - 1u - l);
@@ -240,6 +304,9 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
           uint operation = symbol & 7u;
           stop = symbol >> 3;
           if (operation >= CVR_OP_ADVANCE) {
+#ifdef CVR_SERIAL_CSGVR_C
+            label = cvr_c_label(palette, brick.opened, cursor.index);
+#else
             uint back = 0u;  // entries before the newest
 #ifdef CVR_SERIAL_CSGV
             if (operation == CVR_OP_DELTA && brick.delta) back = 1u + cvr_serial_distance(CVR_SERIAL_ARGUMENTS, brick, cursor);
@@ -247,6 +314,7 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
             if (operation == CVR_OP_ADVANCE && entries < brick.palette_size) entries += 1u;
             uint entry = back < entries ? entries - 1u - back : 0u;
             label = cvr_read_global(palette, brick.word_count - 1u - entry);
+#endif
           } else if (operation != CVR_OP_PARENT) {
             uint from = cvr_serial_neighbour(child, operation - CVR_OP_NEIGHBOUR_X, shift, inside, at);
             if (from != at) label = cvr_load(labels, from);

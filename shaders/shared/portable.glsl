@@ -39,6 +39,7 @@ struct Labels {
 
 CVR_FUNC uint cvr_popcount(uint64_t bits) { return static_cast<uint>(std::popcount(bits)); }
 CVR_FUNC uint cvr_popcount32(uint bits) { return static_cast<uint>(std::popcount(bits)); }
+CVR_FUNC uint cvr_highest_bit(uint bits) { return static_cast<uint>(std::bit_width(bits)) - 1u; }
 
 #else
 
@@ -65,6 +66,7 @@ CVR_FUNC uint cvr_read(Words words, uint i) { return cvr_shared[words.base + i];
 
 CVR_FUNC uint cvr_popcount32(uint bits) { return uint(bitCount(bits)); }
 CVR_FUNC uint cvr_popcount(uint64_t bits) { return uint(bitCount(uint(bits)) + bitCount(uint(bits >> 32))); }
+CVR_FUNC uint cvr_highest_bit(uint bits) { return uint(findMSB(bits)); }
 
 #endif
 

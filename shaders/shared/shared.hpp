@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
 
 namespace cvr::shaders {
 
@@ -14,6 +15,7 @@ namespace cvr::shaders {
 #include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgv_ctx.glsl"
+#include "shaders/shared/csgvr_c.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"
@@ -41,5 +43,10 @@ namespace serial_wavelet {
 #include "shaders/shared/csgv_serial.glsl"
 #undef CVR_SERIAL_WAVELET
 }  // namespace serial_wavelet
+namespace serial_csgvr_c {
+#define CVR_SERIAL_CSGVR_C
+#include "shaders/shared/csgv_serial.glsl"
+#undef CVR_SERIAL_CSGVR_C
+}  // namespace serial_csgvr_c
 
 }  // namespace cvr::shaders

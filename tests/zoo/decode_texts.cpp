@@ -116,6 +116,10 @@ namespace csgvr {
 }  // namespace csgvr
 #undef CVR_SERIAL_STOP_BITS
 #undef CVR_SERIAL_DELTA
+namespace csgvr_c {
+#include "shaders/decode/csgvr_c.glsl"
+#undef CVR_SERIAL_CSGVR_C
+}  // namespace csgvr_c
 namespace csgvr_nibble {
 #include "shaders/decode/csgvr_nibble.glsl"
 #undef CVR_SERIAL_CSGVR_NIBBLE
@@ -156,6 +160,7 @@ Entry entry_of(const Bindings& b) {
   }
   if (name == "csgv_ctx") return CVR_ENTRY(csgv_ctx, nullptr, csgv_ctx::cvr_decode_brick);
   if (name == "csgvr") return CVR_CELL_ENTRY(csgvr, csgvr::cvr_decode_brick);
+  if (name == "csgvr_c") return CVR_CELL_ENTRY(csgvr_c, csgvr_c::cvr_decode_brick);
   if (name == "csgvr_nibble") return CVR_CELL_ENTRY(csgvr_nibble, csgvr_nibble::cvr_decode_brick);
   throw std::logic_error("no such decoder text: " + std::string(name));
 }

@@ -34,6 +34,7 @@ shared uint cvr_shared[CVR_SHARED_WORDS];
 #include "shaders/shared/bit_vector.glsl"
 #include "shaders/shared/morton.glsl"
 #include "shaders/shared/csgvr.glsl"
+#include "shaders/shared/csgvr_c.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/label_codes.glsl"
 #include "shaders/shared/neuroglancer.glsl"

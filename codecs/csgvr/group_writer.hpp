@@ -1,0 +1,87 @@
+// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout: shaders/shared/csgvr_c.glsl.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "codecs/csgv/brick_format.hpp"
+#include "codecs/csgvr/block_code.hpp"
+#include "codecs/csgvr/blocks.hpp"
+#include "codecs/succinct/bit_vector.hpp"
+
+namespace cvr::codecs::csgvr {
+
+/// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace of packing and of writing.
+class KeptGroups final : public csgv::PackWorkspace {
+ public:
+  explicit KeptGroups(std::uint32_t b) : levels_(csgv::levels_of_brick(b)), finder_(b) {}
+
+  /// Takes the next brick of the group; its nodes outside the volume are filled.
+  void add(const csgv::LabelGrid& grid);
+  void finish_group();
+  const KeyCounts& shapes() const { return shapes_; }
+  /// Chooses the codes of all shapes that have been met.
+  void choose(const BlockCode& code);
+
+ private:
+  friend class GroupWriter;
+  struct Brick {
+    std::uint32_t root;                                   ///< dictionary index of its coarsest node
+    std::size_t first_block, fine_block, end_block;       ///< in blocks_: all, those of the finest level, the next brick's
+    std::size_t first_mask, first_label;                  ///< in masks_, own_labels_
+    bool constant() const { return first_block == end_block; }
+  };
+  struct Group {
+    std::size_t first_brick, end_brick, first_entry, end_entry;  ///< in bricks_, dictionary_
+  };
+
+  std::uint32_t index_of(std::uint32_t label);
+
+  unsigned levels_;
+  BlockFinder finder_;
+  KeyCounts shapes_;                       ///< of the blocks: shape_key()
+  std::vector<CodedBlock> codes_;          ///< of the shapes
+  std::vector<Group> groups_;
+  std::vector<Brick> bricks_;
+  std::vector<std::uint32_t> blocks_;      ///< their shapes
+  std::vector<std::uint8_t> masks_;        ///< open children of the coarse blocks
+  std::vector<std::uint32_t> own_labels_;  ///< dictionary indices
+  std::vector<std::uint32_t> dictionary_;  ///< of one group after the other
+  std::unordered_map<std::uint32_t, std::uint32_t> indices_;  ///< of labels in the dictionary of the group that is not finished
+};
+
+/// Writes kept groups, once codes have been chosen.
+class GroupWriter final : public csgv::PackWorkspace {
+ public:
+  /// Appends the n-th group.
+  void write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
+
+ private:
+  using Brick = KeptGroups::Brick;
+  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first, and their bits together.
+  struct Runs {
+    std::vector<std::uint32_t> offsets;
+    std::uint32_t bits;
+  };
+  struct Bits {
+    std::uint64_t header, labels, masks, samples, codes;
+  };
+
+  const CodedBlock& block(std::size_t i) const { return kept_->codes_[kept_->blocks_[i]]; }
+  Runs runs_of(std::size_t first, std::size_t end) const;
+  void write_bricks(std::span<const Brick> bricks, std::size_t dictionary_size);
+  void write_brick(const Brick& brick, unsigned position_bits);
+  void write_masks(const Brick& brick);
+  void write_runs(std::size_t first, std::size_t end, std::size_t& label);
+  void append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
+
+  const KeptGroups* kept_ = nullptr;
+  unsigned index_bits_ = 0;
+  std::uint32_t masks_end_ = 0;  ///< bit behind the last mask of the group
+  succinct::BitAppender group_, streams_;
+  Bits bits_{};
+};
+
+}  // namespace cvr::codecs::csgvr

@@ -1,0 +1,48 @@
+// How often keys occur: numbers them in the order in which they are met. Open addressing, no removal.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace cvr::codecs::csgvr {
+
+class KeyCounts {
+ public:
+  struct Entry {
+    std::uint64_t key, count;
+  };
+  KeyCounts() : slots_(1024) {}
+
+  /// The number of a key, which has occurred `count` times more.
+  std::uint32_t note(std::uint64_t key, std::uint64_t count = 1) {
+    std::size_t at = slot(key);
+    for (; slots_[at] != 0; at = (at + 1) & (slots_.size() - 1)) {
+      Entry& entry = entries_[slots_[at] - 1];
+      if (entry.key != key) continue;
+      entry.count += count;
+      return slots_[at] - 1;
+    }
+    entries_.push_back({key, count});
+    const auto number = static_cast<std::uint32_t>(entries_.size());
+    slots_[at] = number;
+    if (2 * entries_.size() > slots_.size()) grow();
+    return number - 1;
+  }
+  const std::vector<Entry>& entries() const { return entries_; }
+
+ private:
+  std::size_t slot(std::uint64_t key) const { return (key * 0x9e3779b97f4a7c15u >> 32) & (slots_.size() - 1); }
+  void grow() {
+    slots_.assign(4 * slots_.size(), 0);
+    for (std::uint32_t i = 0; i < entries_.size(); ++i) {
+      std::size_t at = slot(entries_[i].key);
+      while (slots_[at] != 0) at = (at + 1) & (slots_.size() - 1);
+      slots_[at] = i + 1;
+    }
+  }
+
+  std::vector<Entry> entries_;
+  std::vector<std::uint32_t> slots_;  ///< numbers + 1; a power of two
+};
+
+}  // namespace cvr::codecs::csgvr
