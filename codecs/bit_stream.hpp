@@ -10,7 +10,7 @@ namespace cvr::codecs {
 /// Appends bit fields to `words`, beginning with a new word.
 class BitWriter {
  public:
-  explicit BitWriter(std::vector<std::uint32_t>& words) : words_(words), first_(words.size()) {}
+  explicit BitWriter(std::vector<std::uint32_t>& words) : words_(words) {}
   /// The low `count` <= 32 bits of `value`; higher ones must be zero.
   void put(std::uint32_t value, unsigned count) {
     if (count == 0) return;
@@ -20,20 +20,10 @@ class BitWriter {
     if (at + count > 32) words_.push_back(value >> (32 - at));
     bits_ += count;
   }
-  /// A number from 1 on in about twice its bits (Elias gamma): its width minus one in unary, then the bits below the highest.
-  void put_gamma(std::uint32_t value) {
-    unsigned width = 0;
-    while (value >> width > 1) ++width;
-    for (unsigned i = 0; i < width; ++i) put(0, 1);
-    put(1, 1);
-    put(value & ((1u << width) - 1), width);
-  }
   std::uint64_t bits() const { return bits_; }
-  std::size_t words() const { return words_.size() - first_; }
 
  private:
   std::vector<std::uint32_t>& words_;
-  std::size_t first_;
   std::uint64_t bits_ = 0;
 };
 
@@ -54,16 +44,6 @@ class BitReader {
     const auto value = static_cast<std::uint32_t>(both >> (position_ % 32)) & (~std::uint32_t{0} >> (32 - count));
     position_ += count;
     return value;
-  }
-  std::uint32_t get_gamma() {
-    unsigned width = 0;
-    while (width < 32 && get(1) == 0 && !failed_) ++width;
-    if (width >= 32) failed_ = true;
-    return failed_ ? 0 : 1u << width | get(width);
-  }
-  void skip(std::uint64_t count) {
-    if (count > end_ - position_) failed_ = true;
-    else position_ += count;
   }
   std::uint64_t position() const { return position_; }
   bool failed() const { return failed_; }

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
+#include "codecs/bit_stream.hpp"
 #include "codecs/entropy/prefix_code.hpp"
-#include "codecs/succinct/bit_vector.hpp"
 #include "shaders/shared/shared.hpp"
 
 namespace cvr::codecs::csgvr {
@@ -42,46 +43,29 @@ BlockOperations pattern_of(std::uint32_t number) {
   return operations;
 }
 
-void put_exp_golomb(succinct::BitAppender& out, std::uint32_t value, unsigned parameter) {
+void put_exp_golomb(BitWriter& out, std::uint32_t value, unsigned parameter) {
   const std::uint64_t q = (std::uint64_t{value} >> parameter) + 1;
   const auto more = static_cast<unsigned>(std::bit_width(q)) - 1;
-  out.append(0, more);
-  for (unsigned i = more + 1; i-- > 0;) out.append(q >> i & 1, 1);
-  out.append(value & ((1u << parameter) - 1), parameter);
+  out.put(0, more);
+  for (unsigned i = more + 1; i-- > 0;) out.put(static_cast<std::uint32_t>(q >> i & 1), 1);
+  out.put(value & ((1u << parameter) - 1), parameter);
 }
 
 unsigned exp_golomb_bits(std::uint32_t value, unsigned parameter) {
   return 2 * static_cast<unsigned>(std::bit_width((std::uint64_t{value} >> parameter) + 1)) - 1 + parameter;
 }
 
-/// Reads bits, first bit lowest; zeros after the end, and failed().
-class BitReader {
- public:
-  explicit BitReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  std::uint64_t take(unsigned count) {
-    std::uint64_t value = 0;
-    for (unsigned i = 0; i < count; ++i, ++at_) {
-      if (at_ / 8 < bytes_.size()) value |= (static_cast<std::uint64_t>(bytes_[at_ / 8]) >> (at_ % 8) & 1) << i;
-    }
-    return value;
-  }
-  /// More than 2^32 - 1 counts as a failure.
-  std::uint32_t take_exp_golomb(unsigned parameter) {
-    unsigned more = 0;
-    while (more <= 32 && take(1) == 0) ++more;
-    std::uint64_t q = 1;
-    for (unsigned i = 0; i < more; ++i) q = q << 1 | take(1);
-    const std::uint64_t value = (q - 1) << parameter | take(parameter);
-    if (more > 32 || value > ~std::uint32_t{0}) at_ = ~std::uint64_t{0} / 2;
-    return static_cast<std::uint32_t>(value);
-  }
-  bool failed() const { return at_ > 8 * bytes_.size(); }
-  bool whole() const { return (at_ + 7) / 8 == bytes_.size(); }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::uint64_t at_ = 0;
-};
+/// False above 2^32 - 1.
+bool take_exp_golomb(BitReader& in, unsigned parameter, std::uint32_t& value) {
+  unsigned more = 0;
+  while (more <= 32 && in.get(1) == 0) ++more;
+  if (more > 32) return false;
+  std::uint64_t q = 1;
+  for (unsigned i = 0; i < more; ++i) q = q << 1 | in.get(1);
+  const std::uint64_t wide = (q - 1) << parameter | in.get(parameter);
+  value = static_cast<std::uint32_t>(wide);
+  return value == wide;
+}
 
 }  // namespace
 
@@ -186,7 +170,8 @@ void BlockCode::fit(const KeyCounts& shapes) {
 }
 
 void BlockCode::write(ByteWriter& out) const {
-  succinct::BitAppender bits;
+  std::vector<std::uint32_t> words;
+  BitWriter bits(words);
   for (const Side* side : {&sides_[1], &sides_[0]}) {
     std::vector<std::uint32_t> gaps;
     std::uint32_t next = 0;
@@ -202,44 +187,51 @@ void BlockCode::write(ByteWriter& out) const {
       if (sum < fewest) best = p;
       fewest = std::min(fewest, sum);
     }
-    bits.append(gaps.size(), 16);
-    bits.append(best, 5);
+    bits.put(static_cast<std::uint32_t>(gaps.size()), 16);
+    bits.put(best, 5);
     for (std::size_t i = 0; i < gaps.size(); ++i) {
       put_exp_golomb(bits, gaps[i], best);
-      bits.append(side->lengths[i] - 1u, 4);
+      bits.put(side->lengths[i] - 1u, 4);
     }
-    for (std::size_t i = gaps.size(); i < side->lengths.size(); ++i) bits.append(side->lengths[i] - 1u, 4);
+    for (std::size_t i = gaps.size(); i < side->lengths.size(); ++i) bits.put(side->lengths[i] - 1u, 4);
   }
-  for (std::uint32_t i = 0; i < (bits.size() + 7) / 8; ++i) out.put(static_cast<std::uint8_t>(bits.words()[i / 8] >> (8 * (i % 8))));
+  out.append(std::as_bytes(std::span(words)).first((bits.bits() + 7) / 8));
 }
 
 Expected<void> BlockCode::read(ByteReader& in) {
-  BitReader bits(in.take(in.remaining()));
+  const auto bytes = in.take(in.remaining());
+  std::vector<std::uint32_t> words((bytes.size() + 3) / 4);
+  if (!bytes.empty()) std::memcpy(words.data(), bytes.data(), bytes.size());
+  BitReader bits(words);
   for (Side* side : {&sides_[1], &sides_[0]}) {
     const std::string_view name = side == &sides_[1] ? "fine" : "coarse";
-    const std::uint64_t count = bits.take(16);
-    const auto parameter = static_cast<unsigned>(bits.take(5));
+    const std::uint32_t count = bits.get(16);
+    const unsigned parameter = bits.get(5);
     std::uint64_t next = 0;
     *side = {};
-    for (std::uint64_t i = 0; i < count && !bits.failed(); ++i) {
-      const std::uint64_t number = next + bits.take_exp_golomb(parameter);
-      side->lengths.push_back(static_cast<std::uint8_t>(bits.take(4) + 1));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      std::uint32_t gap = 0;
+      const bool numbered = take_exp_golomb(bits, parameter, gap);
+      const std::uint64_t number = next + gap;
+      side->lengths.push_back(static_cast<std::uint8_t>(bits.get(4) + 1));
       if (bits.failed()) break;
-      if (number >= kPatterns || !valid_operations(pattern_of(static_cast<std::uint32_t>(number)))) {
+      if (!numbered || number >= kPatterns || !valid_operations(pattern_of(static_cast<std::uint32_t>(number)))) {
         return fail(ErrorCode::kMalformed, fmt::format("{} code, pattern {}: {} is no block that an encoder writes", name, i, number));
       }
       side->patterns.push_back(pattern_of(static_cast<std::uint32_t>(number)));
       next = number + 1;
     }
-    for (unsigned i = 0; i < kEscapes; ++i) side->lengths.push_back(static_cast<std::uint8_t>(bits.take(4) + 1));
-    if (bits.failed()) return fail(ErrorCode::kTruncated, fmt::format("{} code: the tables end within it", name));
+    for (unsigned i = 0; i < kEscapes; ++i) side->lengths.push_back(static_cast<std::uint8_t>(bits.get(4) + 1));
+    if (bits.failed() || bits.position() > 8 * bytes.size()) {
+      return fail(ErrorCode::kTruncated, fmt::format("{} code: the tables end within it", name));
+    }
     if (count > kMostPatterns || std::ranges::max(side->lengths) > kMostLength || !entropy::is_complete_prefix_code(side->lengths)) {
       return fail(ErrorCode::kMalformed, fmt::format("{} code: expected at most {} patterns, and lengths that use up all codes", name,
                                                      kMostPatterns));
     }
     side->assign_codes();
   }
-  if (!bits.whole()) return fail(ErrorCode::kMalformed, "block codes: the tables go on behind them");
+  if ((bits.position() + 7) / 8 != bytes.size()) return fail(ErrorCode::kMalformed, "block codes: the tables go on behind them");
   build_tables();
   return {};
 }
