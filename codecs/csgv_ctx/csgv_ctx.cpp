@@ -23,7 +23,7 @@ using shaders::Words;
 
 constexpr std::uint32_t kGroupVoxels = 64;  ///< voxels a side of a group, but at most
 constexpr std::uint32_t kGroupBricks = 4;   ///< so many bricks a side
-constexpr std::uint64_t kFewVoxels = 1u << 18;   ///< tables fitted to fewer would know too little
+constexpr std::uint64_t kFewVoxels = 1u << 19;   ///< tables fitted to fewer would know too little
 constexpr std::uint64_t kMostVoxels = 1u << 29;  ///< more would teach nothing, and counts have 32 bits
 
 /// Bits that number `count` >= 1 things.
@@ -303,7 +303,7 @@ const Codec& csgv_ctx_codec() {
                         .default_value = "2",
                         .minimum = 1,
                         .maximum = 64,
-                        .description = "the tables are fitted to every n-th brick an axis (fewer where that is over 2^29 voxels, more where it is under 2^18)"},
+                        .description = "the tables are fitted to every n-th brick an axis (fewer where that is over 2^29 voxels, more where it is under 2^19)"},
                        {.name = "contexts",
                         .type = ParameterType::kText,
                         .default_value = "all",
