@@ -5,8 +5,8 @@
 //   R x u64  the labels, ascending; the bricks store their index
 //   u32 u32  bytes of the format's tables, zero
 //   ...      the tables, padded to 4 bytes
-//   u32 x (bricks + 1)   start of each brick in words, and the end; bricks x fastest
-//   u32 ...  the bricks
+//   u32 x (groups + 1)   start of each group of bricks in words, and the end; groups x fastest; of the published formats each brick is one
+//   u32 ...  the groups
 // Volumes of u64 are remapped when a label does not fit in 32 bits. By the papers' accounting only start table and bricks count.
 #pragma once
 

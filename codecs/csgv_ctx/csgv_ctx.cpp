@@ -1,4 +1,4 @@
-// The format `csgv-ctx`: what a group of bricks is made of, and how a brick is rebuilt.
+// The format `csgv-ctx`: tables, and what a group of bricks is made of.
 #include "codecs/csgv_ctx/csgv_ctx.hpp"
 
 #include <algorithm>
@@ -69,7 +69,7 @@ class ContextStatistics final : public BrickStatistics {
 struct GroupWorkspace final : PackWorkspace {
   struct Brick {
     std::uint32_t first_entry, entries;  ///< in `labels`
-    std::uint32_t first_byte, bytes;     ///< in `streams`
+    std::uint32_t bytes;                 ///< of its stream
   };
   BrickWalk walk;
   std::vector<Brick> bricks;
@@ -147,7 +147,7 @@ void CtxFormat::write_tables(ByteWriter& out) const {
 Expected<void> CtxFormat::read_tables(ByteReader& in) {
   const auto bytes = in.take(in.remaining());
   std::vector<std::uint32_t> words(bytes.size() / 4);
-  std::memcpy(words.data(), bytes.data(), 4 * words.size());
+  if (!words.empty()) std::memcpy(words.data(), bytes.data(), 4 * words.size());
   BitReader bits(words);
   if (!read_labels(bits, labels_)) return fail(ErrorCode::kMalformed, "tables: expected the ascending labels of the volume");
   if (BrickError error = ContextModel::read(bits, model_)) return fail(ErrorCode::kMalformed, std::string("tables: ") + error);
@@ -180,10 +180,10 @@ void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vect
     if ((symbol & 7) == kDelta) put_reference(CodedReference(*--reference), encoder);
     encoder.put(model_.distribution(model_.row(static_of(event), dynamic_of(event))), symbol);
   }
-  const auto first = static_cast<std::uint32_t>(workspace.streams.size());
+  const std::size_t first = workspace.streams.size();
   encoder.finish(workspace.streams);
   workspace.bricks.push_back({static_cast<std::uint32_t>(workspace.labels.size()), static_cast<std::uint32_t>(walk.palette().size()),
-                              first, static_cast<std::uint32_t>(workspace.streams.size()) - first});
+                              static_cast<std::uint32_t>(workspace.streams.size() - first)});
   workspace.labels.insert(workspace.labels.end(), walk.palette().begin(), walk.palette().end());
 }
 
@@ -233,7 +233,7 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
 
   const std::size_t front = (out.bits() + 7) / 8;
   words.resize(first_word + (front + workspace.streams.size() + 3) / 4);
-  std::memcpy(reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front, workspace.streams.data(), workspace.streams.size());
+  std::ranges::copy(workspace.streams, reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front);
   bytes[ByteClass::kPalette] += palette_bits / 8;
   bytes[ByteClass::kHeader] += front - palette_bits / 8;
   bytes[ByteClass::kOperations] += workspace.streams.size();
