@@ -1,11 +1,10 @@
 // `csgv-ctx`: whole bricks in one sweep; no access to single nodes.
 //
-// Buffers: 0 starts   first word of each group and the end, groups x fastest
-//          1 bricks   the groups
-//          2 labels   of the volume, ascending
-//          3 tables   see CtxTables
+// Buffers: see groups.glsl; 2 labels   of the volume, ascending
+//                           3 tables   see CtxTables
 // Constants: CVR_CTX_GROUP_SHIFT log2 of the bricks a side of a group; CVR_CTX_LABEL_BITS; CVR_CTX_ROWS_AT, CVR_CTX_SLOTS_AT,
 // CVR_CTX_SYMBOLS_AT, CVR_CTX_NUMBERS: see CtxTables.
+#include "shaders/decode/groups.glsl"
 #include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgv_ctx.glsl"
 
@@ -16,17 +15,12 @@ struct CtxPlace {
 };
 
 CVR_FUNC CtxPlace cvr_ctx_place(uvec3 brick) {
-  uvec3 grid = cvr_grid();
   uint shift = uint(CVR_CTX_GROUP_SHIFT);
-  uint edge = 1u << shift;
-  uvec3 groups = (grid + (edge - 1u)) >> shift;
-  uvec3 at = brick >> shift;
-  uvec3 bricks = min(grid - (at << shift), uvec3(edge, edge, edge));
-  uvec3 inside = brick & (edge - 1u);
+  uvec3 bricks = cvr_group_bricks(brick, shift);
   CtxPlace place;
-  place.words = CVR_BUFFER_AT(1, uint64_t(cvr_read_global(CVR_BUFFER(0), at.x + groups.x * (at.y + groups.y * at.z))));
+  place.words = CVR_BUFFER_AT(1, cvr_group_word(brick, shift));
   place.group = cvr_ctx_group(place.words, bricks.x * bricks.y * bricks.z, uint(CVR_CTX_LABEL_BITS));
-  place.brick = cvr_ctx_brick(place.words, place.group, inside.x + bricks.x * (inside.y + bricks.y * inside.z));
+  place.brick = cvr_ctx_brick(place.words, place.group, cvr_group_member(brick, shift));
   return place;
 }
 

@@ -1,27 +1,13 @@
 // `csgvr-c`: single nodes through sampled codes of blocks, whole bricks in one sweep.
 //
-// Buffers: 0 starts   first word of each group of bricks and the end, groups x fastest
-//          1 bricks   the groups, 64 voxels a side: shaders/shared/csgvr_c.glsl
-//          2 tables   of the block codes
+// Buffers: see groups.glsl (64 voxels a side: shaders/shared/csgvr_c.glsl); 2 tables   of the block codes
+#include "shaders/decode/groups.glsl"
 
 #define CVR_C_GROUP_SHIFT (6u - uint(CVR_BRICK_SHIFT))
 
-// The word at which a brick's group begins.
-CVR_FUNC uint64_t cvr_c_group_word(uvec3 brick) {
-  uvec3 group = brick >> CVR_C_GROUP_SHIFT;
-  uvec3 groups = (cvr_grid() + ((1u << CVR_C_GROUP_SHIFT) - 1u)) >> CVR_C_GROUP_SHIFT;
-  return uint64_t(cvr_read_global(CVR_BUFFER(0), group.x + groups.x * (group.y + groups.y * group.z)));
-}
-
+CVR_FUNC uint64_t cvr_c_group_word(uvec3 brick) { return cvr_group_word(brick, CVR_C_GROUP_SHIFT); }
 CVR_FUNC Global cvr_c_group(uvec3 brick) { return CVR_BUFFER_AT(1, cvr_c_group_word(brick)); }
-
-// A brick's place in its group, which has fewer bricks at the border of the volume.
-CVR_FUNC uint cvr_c_member(uvec3 brick) {
-  uvec3 first = (brick >> CVR_C_GROUP_SHIFT) << CVR_C_GROUP_SHIFT;
-  uvec3 bricks = min(cvr_grid() - first, uvec3(1u << CVR_C_GROUP_SHIFT, 1u << CVR_C_GROUP_SHIFT, 1u << CVR_C_GROUP_SHIFT));
-  uvec3 at = brick - first;
-  return at.x + bricks.x * (at.y + bricks.y * at.z);
-}
+CVR_FUNC uint cvr_c_member(uvec3 brick) { return cvr_group_member(brick, CVR_C_GROUP_SHIFT); }
 
 struct BrickCells {
   Global global;
