@@ -244,5 +244,25 @@ TEST(ContextGroups, NeighboursAndSiblingsMakeTheFileSmaller) {
   }
 }
 
+TEST(ContextEntropy, IsALittleLessThanWhatTheStreamsTake) {
+  const volumes::Volume volume = zoo::specimen("odd_sides_65x33x70_u32").volume();
+  const Codec& codec = *find_codec("csgv-ctx");
+  std::uint64_t last = ~std::uint64_t{0};
+  for (const char* contexts : {"level", "neighbours", "siblings"}) {
+    const std::vector<std::string> assignments{"brick=64", std::string("contexts=") + contexts};
+    const auto parameters = Parameters::parse(codec.parameters(), assignments);
+    const Payload payload = codec.encode(volumes::MemorySource(volume), *parameters, 1).value();
+    const auto decoder = codec.open({volume.info(), *parameters, payload.bytes.bytes()}).value();
+    const std::uint64_t entropy = decoder->entropy_bytes(1).value().value();
+    const std::uint64_t stored = payload.breakdown[ByteClass::kOperations];
+    EXPECT_LE(entropy, stored) << contexts;
+    EXPECT_GE(entropy, stored - stored / 20) << contexts;
+    EXPECT_EQ(decoder->entropy_bytes(3).value().value(), entropy) << contexts;
+    EXPECT_LT(entropy, last) << contexts;
+    last = entropy;
+  }
+  EXPECT_FALSE(find_codec("raw")->open({volume.info(), {}, volume.bytes()}).value()->entropy_bytes(1).value().has_value());
+}
+
 }  // namespace
 }  // namespace cvr::codecs::csgv_ctx
