@@ -45,10 +45,26 @@ struct Lanes {
   static Lanes load(const std::uint32_t* labels) { return {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels))}; }
   static Lanes broadcast(std::uint32_t label) { return {_mm256_set1_epi32(static_cast<int>(label))}; }
   void store(std::uint32_t* labels) const { _mm256_storeu_si256(reinterpret_cast<__m256i*>(labels), v); }
-  /// Lanes where the two agree, as a mask of 8 bits.
-  unsigned equal(Lanes other) const {
-    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(v, other.v))));
+  /// The eight bytes of a word, the lowest first.
+  static Lanes of_bytes(std::uint64_t bytes) { return {_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(bytes)))}; }
+  /// All bits of the lanes in a mask of 8 bits.
+  static Lanes where(unsigned mask) {
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return {_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bit), bit)};
   }
+  /// All bits of the lanes where the two agree.
+  Lanes same(Lanes other) const { return {_mm256_cmpeq_epi32(v, other.v)}; }
+  /// Lanes where the two agree, as a mask of 8 bits.
+  unsigned equal(Lanes other) const { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(same(other).v))); }
+  Lanes operator|(Lanes other) const { return {_mm256_or_si256(v, other.v)}; }
+  Lanes operator&(Lanes other) const { return {_mm256_and_si256(v, other.v)}; }
+  /// This & ~other.
+  Lanes without(Lanes other) const { return {_mm256_andnot_si256(other.v, v)}; }
+  Lanes operator<<(int count) const { return {_mm256_slli_epi32(v, count)}; }
+  /// Lane c is the lane of this that lane c of `places` names.
+  Lanes picked(Lanes places) const { return {_mm256_permutevar8x32_epi32(v, places.v)}; }
+  /// This, with the lanes of which `where` has all bits taken from `other`.
+  Lanes replaced(Lanes other, Lanes where) const { return {_mm256_blendv_epi8(v, other.v, where.v)}; }
   /// What a neighbour operation along an axis copies: children at 0 take the child at 1 of the block `minus`, children at 1
   /// take the label `plus` of the next coarser level.
   static Lanes neighbours_x(Lanes minus, std::uint32_t plus) {
@@ -59,11 +75,6 @@ struct Lanes {
   }
   static Lanes neighbours_z(Lanes minus, std::uint32_t plus) {
     return {_mm256_blend_epi32(_mm256_permute2x128_si256(minus.v, minus.v, 0x11), broadcast(plus).v, 0xf0)};
-  }
-  /// This, with the lanes whose byte in `codes` equals `code` taken from `other`.
-  Lanes replaced(Lanes other, std::uint64_t codes, int code) const {
-    const __m256i wide = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(codes)));
-    return {_mm256_blendv_epi8(v, other.v, _mm256_cmpeq_epi32(wide, _mm256_set1_epi32(code)))};
   }
 };
 
@@ -83,26 +94,50 @@ struct Lanes {
     return lanes;
   }
   void store(std::uint32_t* labels) const { std::memcpy(labels, v.data(), sizeof v); }
+  template <class Of>
+  static Lanes made(Of&& of) {
+    Lanes lanes;
+    for (unsigned c = 0; c < 8; ++c) lanes.v[c] = of(c);
+    return lanes;
+  }
+  static Lanes of_bytes(std::uint64_t bytes) {
+    return made([&](unsigned c) { return static_cast<std::uint32_t>(bytes >> (8 * c) & 0xff); });
+  }
+  static Lanes where(unsigned mask) {
+    return made([&](unsigned c) { return 0u - (mask >> c & 1); });
+  }
+  Lanes same(Lanes other) const {
+    return made([&](unsigned c) { return v[c] == other.v[c] ? ~0u : 0u; });
+  }
   unsigned equal(Lanes other) const {
     unsigned mask = 0;
     for (unsigned c = 0; c < 8; ++c) mask |= (v[c] == other.v[c] ? 1u : 0u) << c;
     return mask;
   }
+  Lanes operator|(Lanes other) const {
+    return made([&](unsigned c) { return v[c] | other.v[c]; });
+  }
+  Lanes operator&(Lanes other) const {
+    return made([&](unsigned c) { return v[c] & other.v[c]; });
+  }
+  Lanes without(Lanes other) const {
+    return made([&](unsigned c) { return v[c] & ~other.v[c]; });
+  }
+  Lanes operator<<(int count) const {
+    return made([&](unsigned c) { return v[c] << count; });
+  }
+  Lanes picked(Lanes places) const {
+    return made([&](unsigned c) { return v[places.v[c] & 7]; });
+  }
+  Lanes replaced(Lanes other, Lanes where) const {
+    return made([&](unsigned c) { return where.v[c] != 0 ? other.v[c] : v[c]; });
+  }
   static Lanes neighbours(Lanes minus, std::uint32_t plus, unsigned bit) {
-    Lanes lanes;
-    for (unsigned c = 0; c < 8; ++c) lanes.v[c] = (c & bit) != 0 ? plus : minus.v[c | bit];
-    return lanes;
+    return made([&](unsigned c) { return (c & bit) != 0 ? plus : minus.v[c | bit]; });
   }
   static Lanes neighbours_x(Lanes minus, std::uint32_t plus) { return neighbours(minus, plus, 1); }
   static Lanes neighbours_y(Lanes minus, std::uint32_t plus) { return neighbours(minus, plus, 2); }
   static Lanes neighbours_z(Lanes minus, std::uint32_t plus) { return neighbours(minus, plus, 4); }
-  Lanes replaced(Lanes other, std::uint64_t codes, int code) const {
-    Lanes lanes = *this;
-    for (unsigned c = 0; c < 8; ++c) {
-      if (static_cast<int>(codes >> (8 * c) & 0xff) == code) lanes.v[c] = other.v[c];
-    }
-    return lanes;
-  }
 };
 
 #endif

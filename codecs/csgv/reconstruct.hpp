@@ -128,7 +128,7 @@ BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, u
       const unsigned here = gather_low_bits(~(differs | differs >> 1 | differs >> 2));
       impossible |= here & ~((minus ? low : 0u) | (plus ? high : 0u));
       const Lanes beside = Lanes::load(nodes + 8 * (minus ? shaders::cvr_morton_minus(n, axis) : n));
-      lanes = lanes.replaced(combine(beside, parents[above]), operations, static_cast<int>(kNeighbourX + axis));
+      lanes = lanes.replaced(combine(beside, parents[above]), Lanes::where(here));
     };
     neighbours(0, 0x55, 0xaa, [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_x(minus, plus); });
     neighbours(1, 0x33, 0xcc, [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_y(minus, plus); });

@@ -90,7 +90,7 @@ unsigned BrickRebuilder::block(unsigned level, std::uint32_t n, unsigned valid) 
   unsigned stops = 0;
   for (unsigned left = valid; left != 0; left &= left - 1) {
     const auto c = static_cast<unsigned>(std::countr_zero(left));
-    std::uint32_t dynamic = static_cast<std::uint32_t>(kEarlierBits[c][other]) << kEarlier | (last_is_known >> c & 1) << kLastIsKnown |
+    std::uint32_t dynamic = std::uint32_t{kSiblings[other].earlier[c]} << kEarlier | (last_is_known >> c & 1) << kLastIsKnown |
                             palette_state;
     if (other != 0) {
       for (unsigned a = 0; a < 3; ++a) dynamic |= (choices[kNeighbourX + a][c] == newest ? 1u : 0u) << (kNewestIs + a);

@@ -15,52 +15,64 @@ unsigned BrickWalk::palette_operation(std::uint32_t label) {
   }
   index_.remember(label, in_use);
   palette_.push_back(label);
-  last_advance_ = event_count_ + 1;
   return kAdvance;
 }
 
-/// The children of node n of a level.
+/// The children of node n of a level, all eight at once but for those that need the palette.
 void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned level, std::uint32_t n, unsigned valid,
                       unsigned constant) {
   const std::uint32_t* nodes = grid.labels(level + 1);
   const std::uint32_t* labels = nodes + 8 * n;
   const Block block = Block::at(n, level, grid.labels(level), nodes, nodes_of_level(level) - 1, validity.whole(), validity);
   const Lanes lanes = Lanes::load(labels);
-  const unsigned other = valid & ~lanes.equal(Lanes::broadcast(block.parent));
-  const std::uint32_t depth = depth_of(level + 1, grid.levels()) << kDepth;
-  const auto known = [&] {  // children of which the newest entry is the parent's label or a candidate's
-    const Lanes last = Lanes::broadcast(palette_.back());
-    if (palette_.back() == block.parent) return 0xffu;
-    return block.candidates[0].equal(last) | block.candidates[1].equal(last) | block.candidates[2].equal(last);
-  };
-  unsigned last_is_known = known();
-  std::array<unsigned, 3> copies{};  // children that take the label of a candidate
-  std::array<std::array<std::uint32_t, 8>, 3> candidates;
+  const Lanes parent = Lanes::broadcast(block.parent);
+  const Lanes as_parent = lanes.same(parent);
+  const unsigned other = valid & ~lanes.equal(parent);
+  Lanes last = Lanes::broadcast(palette_.back());  // the newest palette entry, as each child finds it
+  Lanes single = Lanes::broadcast(palette_.size() == 1 ? 1u << kSingle : 0);
+  Lanes operations = Lanes::broadcast(kParent);
+  Lanes dynamic = Lanes::broadcast(0);
   if (other != 0) {
-    unsigned rest = other;
-    for (unsigned a = 0; a < 3; ++a) {
-      copies[a] = rest & lanes.equal(block.candidates[a]);
-      rest &= ~copies[a];
-      block.candidates[a].store(candidates[a].data());
+    unsigned unknown = other;  // children that have no candidate's label
+    for (unsigned a = 3; a-- > 0;) {
+      const Lanes copied = lanes.same(block.candidates[a]);
+      unknown &= ~lanes.equal(block.candidates[a]);
+      operations = operations.replaced(Lanes::broadcast(kNeighbourX + a), copied);
     }
+    if (unknown != 0) {
+      std::array<std::uint32_t, 8> of_palette{};
+      for (unsigned left = unknown; left != 0; left &= left - 1) {
+        const auto c = static_cast<unsigned>(std::countr_zero(left));
+        of_palette[c] = palette_operation(labels[c]);
+        if (of_palette[c] != kAdvance) continue;
+        last_advance_ = event_count_ + static_cast<unsigned>(std::popcount(valid & ((2u << c) - 1)));
+        const Lanes later = Lanes::where(0xffu & ~((2u << c) - 1));
+        last = last.replaced(Lanes::broadcast(labels[c]), later);
+        single = single.without(later);
+      }
+      operations = operations | Lanes::load(of_palette.data());
+    }
+    operations = operations.without(as_parent);
+    const Siblings& siblings = kSiblings[other];
+    const Lanes earlier = Lanes::of_bytes(std::bit_cast<std::uint64_t>(siblings.earlier));
+    const Lanes newest = lanes.picked(Lanes::of_bytes(std::bit_cast<std::uint64_t>(siblings.newest)));
+    for (unsigned a = 0; a < 3; ++a) dynamic = dynamic | (block.candidates[a].same(newest) & Lanes::broadcast(1u << (kNewestIs + a)));
+    dynamic = dynamic | (last.same(newest) & Lanes::broadcast(1u << kNewestIsLast));
+    dynamic = dynamic.without(earlier.same(Lanes::broadcast(0))) | earlier << kEarlier;
   }
-  for (unsigned left = valid; left != 0; left &= left - 1) {
-    const auto c = static_cast<unsigned>(std::countr_zero(left));
-    std::uint32_t dynamic = static_cast<std::uint32_t>(kEarlierBits[c][other]) << kEarlier | (last_is_known >> c & 1) << kLastIsKnown |
-                            (palette_.size() == 1 ? 1u : 0u) << kSingle;
-    if (const unsigned earlier = other & ((1u << c) - 1); earlier != 0) {
-      const std::uint32_t newest = labels[std::bit_width(earlier) - 1];
-      for (unsigned a = 0; a < 3; ++a) dynamic |= (candidates[a][c] == newest ? 1u : 0u) << (kNewestIs + a);
-      dynamic |= (newest == palette_.back() ? 1u : 0u) << kNewestIsLast;
-    }
-    unsigned operation = kParent;
-    if ((other >> c & 1) != 0) {
-      const unsigned a = (copies[0] >> c & 1) != 0 ? 0 : (copies[1] >> c & 1) != 0 ? 1 : (copies[2] >> c & 1) != 0 ? 2 : 3;
-      operation = a < 3 ? kNeighbourX + a : palette_operation(labels[c]);
-      if (operation == kAdvance) last_is_known = known();
-    }
-    events_[event_count_++] = make_event(block.static_bits(c) | depth, dynamic, operation | (constant >> c & 1) * kStopBit);
+  const Lanes known = last.same(parent) | last.same(block.candidates[0]) | last.same(block.candidates[1]) | last.same(block.candidates[2]);
+  dynamic = dynamic | single | (known & Lanes::broadcast(1u << kLastIsKnown));
+  const Lanes symbols = operations | (Lanes::where(constant) & Lanes::broadcast(kStopBit));
+  const Lanes events = block.static_bits() | Lanes::broadcast(depth_of(level + 1, grid.levels()) << kDepth) | dynamic << kStaticBits |
+                       symbols << (kStaticBits + kDynamicBits);
+  if (valid == 0xff) {
+    events.store(events_.data() + event_count_);
+    event_count_ += 8;
+    return;
   }
+  std::array<Event, 8> all;
+  events.store(all.data());
+  for (unsigned left = valid; left != 0; left &= left - 1) events_[event_count_++] = all[static_cast<unsigned>(std::countr_zero(left))];
 }
 
 void BrickWalk::run(const LabelGrid& grid, const Validity& validity) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 
 #include "codecs/csgv/label_grid.hpp"
@@ -34,14 +35,20 @@ inline constexpr unsigned kLastIsKnown = 11;   ///< the newest palette entry is 
 inline constexpr unsigned kExhausted = 12;     ///< all palette entries of the brick have been used
 inline constexpr unsigned kSingle = 13;        ///< one palette entry has been used
 
-/// Bits kEarlier of child c from the mask of all children that do not have the parent's label.
-inline constexpr auto kEarlierBits = [] {
-  std::array<std::array<std::uint8_t, 256>, 8> table{};
-  for (unsigned c = 0; c < 8; ++c) {
-    for (unsigned mask = 0; mask < 256; ++mask) {
+/// What a child sees of its earlier siblings, from the mask of all children that do not have the parent's label.
+struct Siblings {
+  std::array<std::uint8_t, 8> earlier{};  ///< bits kEarlier of child c
+  std::array<std::uint8_t, 8> newest{};   ///< of these the newest one, if there is any
+};
+inline constexpr auto kSiblings = [] {
+  std::array<Siblings, 256> table{};
+  for (unsigned mask = 0; mask < 256; ++mask) {
+    for (unsigned c = 0; c < 8; ++c) {
       for (unsigned k = 1; k < 8; ++k) {
-        if ((c ^ k) < c && (mask >> (c ^ k) & 1) != 0) table[c][mask] |= static_cast<std::uint8_t>(1u << (k - 1));
+        if ((c ^ k) < c && (mask >> (c ^ k) & 1) != 0) table[mask].earlier[c] |= static_cast<std::uint8_t>(1u << (k - 1));
       }
+      const unsigned before = mask & ((1u << c) - 1);
+      if (before != 0) table[mask].newest[c] = static_cast<std::uint8_t>(std::bit_width(before) - 1);
     }
   }
   return table;
@@ -59,6 +66,11 @@ struct Block {
 
   unsigned static_bits(unsigned c) const {
     return static_cast<unsigned>(bits[0] >> (8 * c) & 0xff) | static_cast<unsigned>(bits[1] >> (8 * c) & 0xff) << kAcross | c << kChild;
+  }
+
+  /// ... of all eight.
+  Lanes static_bits() const {
+    return Lanes::of_bytes(bits[0]) | Lanes::of_bytes(bits[1]) << kAcross | Lanes::of_bytes(0x0706050403020100u) << kChild;
   }
 
   /// Of the node with Morton code n. `parents` and `nodes`: labels of its level and of its children's level, of which the blocks before n
