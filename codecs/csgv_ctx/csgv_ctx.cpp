@@ -75,7 +75,7 @@ struct GroupWorkspace final : PackWorkspace {
   std::vector<Brick> bricks;
   std::vector<std::uint32_t> labels;   ///< palettes, one after the other
   std::vector<std::uint8_t> streams;
-  StreamEncoder encoder;
+  std::vector<std::uint16_t> stream_words;
   std::vector<std::uint32_t> list;
 };
 
@@ -172,7 +172,7 @@ void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vect
   auto& workspace = static_cast<GroupWorkspace&>(scratch);
   BrickWalk& walk = workspace.walk;
   walk.run(brick.grid, brick.validity);
-  StreamEncoder& encoder = workspace.encoder;
+  StreamEncoder encoder(workspace.stream_words, walk.events().size() + kMostPieces * walk.references().size());
   auto reference = walk.references().end();
   for (std::size_t i = walk.events().size(); i-- > 0;) {
     const Event event = walk.events()[i];

@@ -53,35 +53,46 @@ struct alignas(64) Distribution {
   }
 };
 
-/// Writes one stream: what is put first is decoded last. Reused from stream to stream.
+/// ceil(2^44 / f): of every x below 2^32, floor(x / f) is floor(x * kReciprocals[f] / 2^44), as x * (f - 1) is below 2^44.
+inline constexpr auto kReciprocals = [] {
+  std::array<std::uint64_t, kProbabilitySum + 1> table{};
+  for (std::uint64_t f = 1; f <= kProbabilitySum; ++f) table[f] = ((std::uint64_t{1} << 44) + f - 1) / f;
+  return table;
+}();
+
+/// Writes one stream: what is put first is decoded last.
 class StreamEncoder {
  public:
+  /// Of at most so many symbols and pieces of numbers; `words` is scratch memory.
+  StreamEncoder(std::vector<std::uint16_t>& words, std::size_t symbols) {
+    if (words.size() < symbols) words.resize(symbols);
+    end_ = at_ = words.data() + words.size();
+  }
   /// The slots [start, start + frequency), frequency > 0.
   void put(std::uint32_t start, std::uint32_t frequency) {
     if (state_ >= std::uint64_t{frequency} << (32 - kProbabilityBits)) {
-      words_.push_back(static_cast<std::uint16_t>(state_));
+      *--at_ = static_cast<std::uint16_t>(state_);
       state_ >>= 16;
     }
-    state_ = (state_ / frequency << kProbabilityBits) + state_ % frequency + start;
+    const auto quotient = static_cast<std::uint32_t>(static_cast<unsigned __int128>(std::uint64_t{state_} << 20) * kReciprocals[frequency] >> 64);
+    state_ += quotient * (kProbabilitySum - frequency) + start;
   }
   void put(const Distribution& distribution, unsigned symbol) { put(distribution.start[symbol], distribution.frequency[symbol]); }
   /// The low `count` <= 12 bits of a number, all equally likely.
   void put_bits(std::uint32_t value, unsigned count) { put(value << (kProbabilityBits - count), kProbabilitySum >> count); }
 
-  /// Appends the stream to `out` and begins a new one.
-  void finish(std::vector<std::uint8_t>& out) {
-    const unsigned least = words_.empty() ? 0 : 3;
+  /// Appends the stream to `out`.
+  void finish(std::vector<std::uint8_t>& out) const {
+    const unsigned least = at_ == end_ ? 0 : 3;
     for (unsigned i = 0; i < 4 && (state_ >> (8 * i) != 0 || i < least); ++i) out.push_back(static_cast<std::uint8_t>(state_ >> (8 * i)));
-    for (std::size_t i = words_.size(); i-- > 0;) {
-      out.push_back(static_cast<std::uint8_t>(words_[i]));
-      out.push_back(static_cast<std::uint8_t>(words_[i] >> 8));
-    }
-    words_.clear();
-    state_ = 0;
+    const auto words = std::as_bytes(std::span(at_, end_));
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(words.data());
+    out.insert(out.end(), bytes, bytes + words.size());
   }
 
  private:
-  std::vector<std::uint16_t> words_;
+  std::uint16_t* end_;
+  std::uint16_t* at_;  ///< words lie as the decoder reads them
   std::uint32_t state_ = 0;
 };
 

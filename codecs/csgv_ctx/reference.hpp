@@ -24,5 +24,7 @@ struct CodedReference {
 };
 /// Bits that follow a width.
 constexpr unsigned bits_below(unsigned width) { return width == kWide ? kWideBits : width > 0 ? width - 1 : 0; }
+/// A width and the bits below it are put in so many pieces, at most.
+inline constexpr unsigned kMostPieces = 1 + (kWideBits + kProbabilityBits - 1) / kProbabilityBits;
 
 }  // namespace cvr::codecs::csgv_ctx

@@ -30,8 +30,9 @@ TEST(ContextStreams, GiveBackWhatWasPutWhateverTheLength) {
   std::mt19937 random(1);
   std::vector<Distribution> distributions;
   for (int i = 0; i < 20; ++i) distributions.push_back(random_distribution(random, i % 2 == 0 ? kPossible[0] : kPossible[1]));
-  StreamEncoder encoder;
+  std::vector<std::uint16_t> scratch;
   for (int length = 0; length < 300; ++length) {
+    StreamEncoder encoder(scratch, static_cast<std::size_t>(length));
     std::vector<Coded> coded;
     for (int i = 0; i < length; ++i) {
       const std::size_t d = random() % (distributions.size() + 1);
@@ -69,7 +70,8 @@ TEST(ContextStreams, TakeWhatTheSymbolsAreWorthAndNothingForWhatIsCertain) {
   counts[0] = 4000;
   counts[3] = 96;
   const Distribution d = fit_distribution(counts, kPossible[0]);
-  StreamEncoder encoder;
+  std::vector<std::uint16_t> scratch;
+  StreamEncoder encoder(scratch, 100050);
   std::vector<std::uint8_t> bytes;
   encoder.finish(bytes);
   EXPECT_TRUE(bytes.empty());
