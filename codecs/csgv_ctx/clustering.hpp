@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,7 +17,7 @@ template <std::size_t N>
 class Clustering {
  public:
   Clustering(std::span<const Counts<N>> leaves, std::uint32_t possible) : leaves_(leaves), possible_(possible) {
-    const std::size_t count = std::min<std::size_t>({leaves.size(), kMostRows, std::bit_ceil(leaves.size() / kLeavesARow + 4)});
+    const std::size_t count = std::min<std::size_t>({leaves.size(), kMostRows, leaves.size() / kLeavesARow + 4});
     nearest.assign(leaves.size(), 0);
     begin(count);
     for (unsigned i = 0; i < kIterations; ++i) {
@@ -33,7 +32,7 @@ class Clustering {
 
  private:
   static constexpr unsigned kIterations = 4;
-  static constexpr std::size_t kLeavesARow = 16;  ///< leaves for each distribution, about
+  static constexpr std::size_t kLeavesARow = 3;  ///< leaves for each distribution, about
   using Lengths = std::array<Cost, N>;
   /// Bits of each symbol.
   static Lengths lengths_of(const Distribution& distribution) {

@@ -45,7 +45,7 @@ class ContextStatistics final : public BrickStatistics {
  public:
   void add(const SourceBrick& brick) override {
     walk_.run(brick.grid, brick.validity);
-    for (const Event event : walk_.events()) contexts.add(event);
+    for (const Event event : walk_.events()) events.add(event);
     for (const Reference& older : walk_.references()) {
       const CodedReference reference(older);
       if (reference.coded()) ++numbers[reference.kind()][reference.width()];
@@ -53,12 +53,12 @@ class ContextStatistics final : public BrickStatistics {
   }
   void merge(const BrickStatistics& other) override {
     const auto& theirs = static_cast<const ContextStatistics&>(other);
-    contexts.merge(theirs.contexts);
+    events.merge(theirs.events);
     for (unsigned kind = 0; kind < numbers.size(); ++kind) {
       for (unsigned s = 0; s < kSymbols; ++s) numbers[kind][s] += theirs.numbers[kind][s];
     }
   }
-  ContextCounts contexts;
+  EventCounts events;
   NumberCounts numbers{};
 
  private:
@@ -97,7 +97,7 @@ class CtxFormat final : public BrickFormat {
   std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ContextStatistics>(); }
   void fit(const BrickStatistics& statistics) override {
     const auto& counts = static_cast<const ContextStatistics&>(statistics);
-    model_ = train(counts.contexts, counts.numbers, contexts_);
+    model_ = train(counts.events, counts.numbers, contexts_);
   }
   void write_tables(ByteWriter& out) const override;
   Expected<void> read_tables(ByteReader& in) override;

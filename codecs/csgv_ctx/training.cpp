@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <memory>
+#include <utility>
 
 #include "codecs/csgv_ctx/clustering.hpp"
 #include "codecs/csgv_ctx/description_length.hpp"
@@ -11,7 +13,7 @@ namespace cvr::codecs::csgv_ctx {
 
 namespace {
 
-using Entry = ContextCounts::Entry;
+using Entry = EventCounts::Entry;
 
 /// A context, or several that agree on the bits that matter.
 template <std::size_t N>
@@ -23,9 +25,9 @@ struct Sample {
 // What a tree's description costs: measured as a whole it is close to this on real volumes.
 constexpr Cost kSplit = bits(5);   ///< the split and its bit
 constexpr Cost kLeaf = bits(8);    ///< the leaf and its distribution
-constexpr Cost kFewest = bits(48); ///< what costs less is not split further
+constexpr Cost kFewestStatic = bits(512); ///< what costs less is not split further
+constexpr Cost kFewestDynamic = bits(48);
 constexpr Cost kSymbol = bits(3);  ///< each further symbol of a leaf, with half the logarithm of its count
-
 
 /// Bits that the symbols take with a distribution of their own, and that the distribution takes.
 template <std::size_t N>
@@ -53,39 +55,36 @@ class TreeGrower {
 
   TreeGrower(ContextTrees& trees, const ContextBits& bits) : trees_(trees), bits_(bits), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
 
-  /// `entries`: by ascending static bits.
-  void grow(const std::vector<Entry>& entries) {
+  /// `events`: by ascending static bits.
+  void grow(std::span<const Entry> events) {
+    events_ = events;
     // The first tree sees the static bits alone: contexts that agree on them are one.
     std::vector<Sample<N>> statics;
-    for (const Entry& entry : entries) {
-      Sample<N> sample{entry.context, {}};
-      std::copy_n(entry.symbols.begin(), N, sample.symbols.begin());
-      all_.push_back(sample);
-      sample.context = static_of(entry.context);
-      if (statics.empty() || statics.back().context != sample.context) {
-        first_[sample.context] = static_cast<std::uint32_t>(all_.size() - 1);
-        statics.push_back(sample);
-      } else {
-        add_to(statics.back().symbols, sample.symbols);
+    for (std::size_t i = 0; i < events.size(); ++i) {
+      const std::uint32_t context = static_of(events[i].event);
+      if (statics.empty() || statics.back().context != context) {
+        first_[context] = static_cast<std::uint32_t>(i);
+        statics.push_back({context, {}});
       }
+      statics.back().symbols[symbol_of(events[i].event)] += events[i].count;
     }
     Cost cost = 0;
-    trees_.root = split_static(statics, bits_.statics, cost);
+    trees_.root = split_static(statics, total_of(statics), bits_.statics, cost);
   }
 
   std::vector<Counts<N>> leaves;
 
  private:
   struct Split {
-    int bit = -1;
-    std::uint32_t useful = 0;  ///< bits in which the entries differ
+    int bit = -1;                     ///< -1: none
+    std::uint32_t useful = 0;         ///< bits in which the entries differ
+    std::array<Counts<N>, 2> sums{};  ///< of both sides
   };
   static constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
 
-  /// The bit, of those in `asked`, that shortens the description most. `sum`: of all entries.
-  static Split best_split(Entries entries, const Counts<N>& sum, std::uint32_t asked) {
+  /// The bit, of those in `asked`, that shortens the description most, to less than `bar`. `sum`: of all entries.
+  static Split best_split(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost bar) {
     Split best;
-    Cost least = 0;
     std::uint32_t all = ~std::uint32_t{0};
     std::uint32_t any = 0;
     for (const Sample<N>& entry : entries) {
@@ -93,19 +92,23 @@ class TreeGrower {
       any |= entry.context;
     }
     best.useful = asked & any & ~all;
+    std::array<Counts<N>, kStaticBits> ones;
+    for (std::uint32_t rest = best.useful; rest != 0; rest &= rest - 1) ones[static_cast<unsigned>(std::countr_zero(rest))] = {};
+    for (const Sample<N>& entry : entries) {
+      for (std::uint32_t rest = entry.context & best.useful; rest != 0; rest &= rest - 1) {
+        add_to(ones[static_cast<unsigned>(std::countr_zero(rest))], entry.symbols);
+      }
+    }
+    Cost least = bar;
     for (std::uint32_t rest = best.useful; rest != 0; rest &= rest - 1) {
       const auto bit = static_cast<unsigned>(std::countr_zero(rest));
-      Counts<N> ones{};
-      for (const Sample<N>& entry : entries) {
-        const std::uint32_t mask = 0u - (entry.context >> bit & 1);
-        for (unsigned s = 0; s < N; ++s) ones[s] += entry.symbols[s] & mask;
-      }
       Counts<N> zeros;
-      for (unsigned s = 0; s < N; ++s) zeros[s] = sum[s] - ones[s];
-      const Cost cost = cost_of(zeros) + cost_of(ones);
-      if (best.bit < 0 || cost < least) {
+      for (unsigned s = 0; s < N; ++s) zeros[s] = sum[s] - ones[bit][s];
+      const Cost cost = cost_of(zeros) + cost_of(ones[bit]);
+      if (cost < least) {
         least = cost;
         best.bit = static_cast<int>(bit);
+        best.sums = {zeros, ones[bit]};
       }
     }
     return best;
@@ -139,10 +142,9 @@ class TreeGrower {
   }
 
   /// `entries` are static contexts. Grown by what they cost alone; where a split gave two classes that cost less as one, it is taken back.
-  std::uint32_t split_static(Entries entries, std::uint32_t asked, Cost& cost) {
-    const Counts<N> sum = total_of(entries);
+  std::uint32_t split_static(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost& cost) {
     const Cost leaf = cost_of(sum) + kLeaf;
-    const Split split = leaf < kFewest ? Split{} : best_split(entries, sum, asked);
+    const Split split = leaf < kFewestStatic ? Split{} : best_split(entries, sum, asked, std::numeric_limits<Cost>::max());
     if (split.bit < 0) {
       ++classes_;
       return one_class(entries, cost);
@@ -152,7 +154,9 @@ class TreeGrower {
     const auto sides = partition(entries, static_cast<unsigned>(split.bit));
     TreeNode node{split.bit, {}};
     std::array<Cost, 2> costs{};
-    for (const unsigned side : {0u, 1u}) node.next[side] = split_static(sides[side], split.useful & ~(1u << split.bit), costs[side]);
+    for (const unsigned side : {0u, 1u}) {
+      node.next[side] = split_static(sides[side], split.sums[side], split.useful & ~(1u << split.bit), costs[side]);
+    }
     cost = kSplit + costs[0] + costs[1];
     if (classes_ - classes > 2 && cost < leaf) return add_node(node);
     const std::vector<TreeNode> nodes(trees_.nodes.begin() + static_cast<std::ptrdiff_t>(before.nodes), trees_.nodes.end());
@@ -175,45 +179,42 @@ class TreeGrower {
   std::uint32_t one_class(Entries statics, Cost& cost) {
     std::vector<Sample<N>> entries;
     for (const Sample<N>& one : statics) {
-      for (std::size_t i = first_[one.context]; i < all_.size() && static_of(all_[i].context) == one.context; ++i) {
-        const std::uint32_t dynamic = dynamic_of(all_[i].context);
+      for (std::size_t i = first_[one.context]; i < events_.size() && static_of(events_[i].event) == one.context; ++i) {
+        const std::uint32_t dynamic = dynamic_of(events_[i].event);
         if (place_[dynamic] == kNowhere) {
           place_[dynamic] = static_cast<std::uint32_t>(entries.size());
           entries.push_back({dynamic, {}});
         }
-        add_to(entries[place_[dynamic]].symbols, all_[i].symbols);
+        entries[place_[dynamic]].symbols[symbol_of(events_[i].event)] += events_[i].count;
       }
     }
     for (const Sample<N>& entry : entries) place_[entry.context] = kNowhere;
     class_bits_ = 0;
-    const std::uint32_t root = split_dynamic(entries, bits_.dynamics, cost);
+    const std::uint32_t root = split_dynamic(entries, total_of(entries), bits_.dynamics, cost);
     cost += bits(1);
     return add_node({-1, {root, 0}});
   }
 
-  std::uint32_t split_dynamic(Entries entries, std::uint32_t asked, Cost& cost) {
-    const Counts<N> sum = total_of(entries);
+  std::uint32_t split_dynamic(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost& cost) {
     const Cost leaf = cost_of(sum) + kLeaf;
-    const Mark before = mark();
-    const std::uint32_t bits_before = class_bits_;
-    if (leaf >= kFewest) {
-      if (std::popcount(class_bits_) >= static_cast<int>(kMostDynamic)) asked &= class_bits_;
-      const Split split = best_split(entries, sum, asked);
-      if (split.bit >= 0) {
-        class_bits_ |= 1u << split.bit;
-        const auto sides = partition(entries, static_cast<unsigned>(split.bit));
-        TreeNode node{split.bit, {}};
-        std::array<Cost, 2> costs{};
-        // The larger side chooses the bits of the class first.
-        const unsigned larger = sides[1].size() > sides[0].size() ? 1 : 0;
-        for (const unsigned side : {larger, 1 - larger}) {
-          node.next[side] = split_dynamic(sides[side], split.useful & ~(1u << split.bit), costs[side]);
-        }
-        cost = kSplit + costs[0] + costs[1];
-        if (cost < leaf) return add_node(node);
-        take_back(before);
-        class_bits_ = bits_before;
+    if (std::popcount(class_bits_) >= static_cast<int>(kMostDynamic)) asked &= class_bits_;
+    const Split split = leaf < kFewestDynamic ? Split{} : best_split(entries, sum, asked, leaf - kSplit - 2 * kLeaf);
+    if (split.bit >= 0) {
+      const Mark before = mark();
+      const std::uint32_t bits_before = class_bits_;
+      class_bits_ |= 1u << split.bit;
+      const auto sides = partition(entries, static_cast<unsigned>(split.bit));
+      TreeNode node{split.bit, {}};
+      std::array<Cost, 2> costs{};
+      // The larger side chooses the bits of the class first.
+      const unsigned larger = sides[1].size() > sides[0].size() ? 1 : 0;
+      for (const unsigned side : {larger, 1 - larger}) {
+        node.next[side] = split_dynamic(sides[side], split.sums[side], split.useful & ~(1u << split.bit), costs[side]);
       }
+      cost = kSplit + costs[0] + costs[1];
+      if (cost < leaf) return add_node(node);
+      take_back(before);
+      class_bits_ = bits_before;
     }
     cost = leaf;
     leaves.push_back(sum);
@@ -222,8 +223,8 @@ class TreeGrower {
 
   ContextTrees& trees_;
   ContextBits bits_;
-  std::vector<Sample<N>> all_;  ///< by ascending static bits
-  std::array<std::uint32_t, std::size_t{1} << kStaticBits> first_{};  ///< of all_, for each static context
+  std::span<const Entry> events_;  ///< by ascending static bits
+  std::array<std::uint32_t, std::size_t{1} << kStaticBits> first_{};  ///< of events_, for each static context
   std::vector<std::uint32_t> place_;  ///< of one_class: where each dynamic context is
   std::size_t classes_ = 0;
   std::uint32_t class_bits_ = 0;  ///< dynamic bits of the class that is grown
@@ -254,45 +255,37 @@ ContextTrees grow_trees(const std::vector<Entry>& entries, const ContextBits& bi
 
 }  // namespace
 
-void ContextCounts::merge(const ContextCounts& other) {
+void EventCounts::merge(const EventCounts& other) {
   for (const Entry& entry : other.table_) {
-    if (entry.total == 0) continue;
-    auto& symbols = count(entry.context, entry.total);
-    for (unsigned s = 0; s < kSymbols; ++s) symbols[s] += entry.symbols[s];
+    if (entry.count > 0) add(entry.event, entry.count);
   }
 }
 
-std::vector<Entry> ContextCounts::entries(unsigned pair) const {
+std::vector<Entry> EventCounts::entries(unsigned pair) const {
   std::vector<std::uint32_t> next(std::size_t{1} << kStaticBits);  // place of the next entry of each static context
-  const auto of_pair = [pair](const Entry& entry) { return entry.total > 0 && (static_of(entry.context) >> kDepth != 0) == (pair == 1); };
+  const auto of_pair = [pair](const Entry& entry) { return entry.count > 0 && (static_of(entry.event) >> kDepth != 0) == (pair == 1); };
   for (const Entry& entry : table_) {
-    if (of_pair(entry)) ++next[static_of(entry.context)];
+    if (of_pair(entry)) ++next[static_of(entry.event)];
   }
   std::uint32_t count = 0;
-  for (std::uint32_t& place : next) {
-    const std::uint32_t here = place;
-    place = count;
-    count += here;
-  }
+  for (std::uint32_t& place : next) count += std::exchange(place, count);
   std::vector<Entry> found(count);
   for (const Entry& entry : table_) {
-    if (of_pair(entry)) found[next[static_of(entry.context)]++] = entry;
+    if (of_pair(entry)) found[next[static_of(entry.event)]++] = entry;
   }
   return found;
 }
 
-void ContextCounts::grow() {
-  std::vector<Entry> old(2 * table_.size());
-  std::swap(old, table_);
-  used_ = 0;
+void EventCounts::grow() {
+  const std::vector<Entry> old = std::exchange(table_, std::vector<Entry>(4 * table_.size()));
   for (const Entry& entry : old) {
-    if (entry.total > 0) count(entry.context, entry.total) = entry.symbols;
+    if (entry.count > 0) *place(entry.event) = entry;
   }
 }
 
-ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers, const ContextBits& bits) {
-  std::array<ContextTrees, 2> trees{grow_trees<8>(contexts.entries(0), bits, kPossible[0]),
-                                    grow_trees<kSymbols>(contexts.entries(1), bits, kPossible[1])};
+ContextModel train(const EventCounts& events, const NumberCounts& numbers, const ContextBits& bits) {
+  std::array<ContextTrees, 2> trees{grow_trees<8>(events.entries(0), bits, kPossible[0]),
+                                    grow_trees<kSymbols>(events.entries(1), bits, kPossible[1])};
   std::array<Distribution, kNumberKinds> widths{};
   for (unsigned kind = 0; kind < kNumberKinds; ++kind) widths[kind] = fit_distribution(numbers[kind], 0xffff);
   return ContextModel(std::move(trees), widths);

@@ -20,38 +20,35 @@ constexpr std::uint32_t dynamic_of(Event event) { return event >> kStaticBits & 
 constexpr std::uint32_t symbol_of(Event event) { return event >> (kStaticBits + kDynamicBits); }
 
 /// How often each symbol occurs in each context. Open addressing; grows.
-class ContextCounts {
+class EventCounts {
  public:
   struct Entry {
-    std::uint32_t context = 0;  ///< static and dynamic bits
-    std::uint32_t total = 0;    ///< 0: an empty place
-    std::array<std::uint32_t, kSymbols> symbols{};
+    Event event = 0;
+    std::uint32_t count = 0;  ///< 0: an empty place
   };
-  ContextCounts() : table_(std::size_t{1} << 10) {}
-  void add(Event event) { ++count(event & kContext, 1)[symbol_of(event)]; }
-  void merge(const ContextCounts& other);
+  EventCounts() : table_(std::size_t{1} << 12) {}
+  void add(Event event, std::uint32_t times = 1) {
+    Entry* entry = place(event);
+    if (entry->count == 0) {
+      if (2 * ++used_ > table_.size()) {
+        grow();
+        entry = place(event);
+      }
+      entry->event = event;
+    }
+    entry->count += times;
+  }
+  void merge(const EventCounts& other);
   /// Entries of one pair of trees, by ascending static bits; those that agree on them in any order.
   std::vector<Entry> entries(unsigned pair) const;
 
  private:
-  static constexpr std::uint32_t kContext = (1u << (kStaticBits + kDynamicBits)) - 1;
-  std::array<std::uint32_t, kSymbols>& count(std::uint32_t context, std::uint32_t times) {
-    std::size_t mask = table_.size() - 1;
-    for (std::size_t at = (context * 0x9e3779b1u >> 4) & mask;; at = (at + 1) & mask) {
-      Entry& entry = table_[at];
-      if (entry.total == 0) {
-        if (2 * used_ >= table_.size()) {
-          grow();
-          return count(context, times);
-        }
-        ++used_;
-        entry.context = context;
-      }
-      if (entry.context == context) {
-        entry.total += times;
-        return entry.symbols;
-      }
-    }
+  /// Where the event is, or would be.
+  Entry* place(Event event) {
+    const std::size_t mask = table_.size() - 1;
+    std::size_t at = (event * 0x9e3779b1u >> 8) & mask;
+    while (table_[at].count != 0 && table_[at].event != event) at = (at + 1) & mask;
+    return &table_[at];
   }
   void grow();
 
@@ -67,6 +64,6 @@ struct ContextBits {
   std::uint32_t statics = (1u << kStaticBits) - 1, dynamics = (1u << kDynamicBits) - 1;
 };
 
-ContextModel train(const ContextCounts& contexts, const NumberCounts& numbers, const ContextBits& bits);
+ContextModel train(const EventCounts& events, const NumberCounts& numbers, const ContextBits& bits);
 
 }  // namespace cvr::codecs::csgv_ctx

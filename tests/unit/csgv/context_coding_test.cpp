@@ -106,9 +106,9 @@ TEST(ContextDistributions, SumTo4096AndLeaveNothingPossibleOut) {
   }
 }
 
-ContextCounts random_counts(unsigned seed, int events) {
+EventCounts random_counts(unsigned seed, int events) {
   std::mt19937 random(seed);
-  ContextCounts counts;
+  EventCounts counts;
   for (int i = 0; i < events; ++i) {
     const std::uint32_t context = random() & ((1u << 28) - 1) & 0x0030f3c7u;
     const bool finest = static_of(context) >> kDepth == 0;
@@ -144,9 +144,9 @@ TEST(ContextModels, ReadAsWritten) {
 }
 
 TEST(ContextModels, DoNotDependOnWhoCountedWhat) {
-  ContextCounts one = random_counts(5, 30000);
-  ContextCounts two = random_counts(6, 50000);
-  ContextCounts forth;
+  EventCounts one = random_counts(5, 30000);
+  EventCounts two = random_counts(6, 50000);
+  EventCounts forth;
   forth.merge(one);
   forth.merge(two);
   two.merge(one);
