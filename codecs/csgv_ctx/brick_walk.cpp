@@ -63,8 +63,8 @@ void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned 
   const Lanes known = last.same(parent) | last.same(block.candidates[0]) | last.same(block.candidates[1]) | last.same(block.candidates[2]);
   dynamic = dynamic | single | (known & Lanes::broadcast(1u << kLastIsKnown));
   const Lanes symbols = operations | (Lanes::where(constant) & Lanes::broadcast(kStopBit));
-  const Lanes events = block.static_bits() | Lanes::broadcast(depth_of(level + 1, grid.levels()) << kDepth) | dynamic << kStaticBits |
-                       symbols << (kStaticBits + kDynamicBits);
+  const Lanes statics = block.static_bits() | Lanes::broadcast(depth_of(level + 1, grid.levels()) << kDepth);
+  const Lanes events = symbols | dynamic << kSymbolBits | statics << (kSymbolBits + kDynamicBits);
   if (valid == 0xff) {
     events.store(events_.data() + event_count_);
     event_count_ += 8;

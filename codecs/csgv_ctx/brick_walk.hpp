@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "codecs/csgv/operations.hpp"
+#include "codecs/csgv_ctx/events.hpp"
 #include "codecs/csgv_ctx/reference.hpp"
-#include "codecs/csgv_ctx/training.hpp"
 
 namespace cvr::codecs::csgv_ctx {
 

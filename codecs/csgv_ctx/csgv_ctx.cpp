@@ -23,7 +23,7 @@ using shaders::Words;
 
 constexpr std::uint32_t kGroupVoxels = 64;  ///< voxels a side of a group, but at most
 constexpr std::uint32_t kGroupBricks = 4;   ///< so many bricks a side
-constexpr std::uint64_t kFewVoxels = 1u << 19;   ///< tables fitted to fewer would know too little
+constexpr std::uint64_t kFewVoxels = 1u << 17;   ///< tables fitted to fewer would know too little
 constexpr std::uint64_t kMostVoxels = 1u << 29;  ///< more would teach nothing, and counts have 32 bits
 
 /// Bits that number `count` >= 1 things.
@@ -45,7 +45,7 @@ class ContextStatistics final : public BrickStatistics {
  public:
   void add(const SourceBrick& brick) override {
     walk_.run(brick.grid, brick.validity);
-    for (const Event event : walk_.events()) events.add(event);
+    events.add(walk_.events());
     for (const Reference& older : walk_.references()) {
       const CodedReference reference(older);
       if (reference.coded()) ++numbers[reference.kind()][reference.width()];

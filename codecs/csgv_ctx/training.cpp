@@ -4,7 +4,6 @@
 #include <bit>
 #include <limits>
 #include <memory>
-#include <utility>
 
 #include "codecs/csgv_ctx/clustering.hpp"
 #include "codecs/csgv_ctx/description_length.hpp"
@@ -55,7 +54,7 @@ class TreeGrower {
 
   TreeGrower(ContextTrees& trees, const ContextBits& bits) : trees_(trees), bits_(bits), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
 
-  /// `events`: by ascending static bits.
+  /// `events`: ascending.
   void grow(std::span<const Entry> events) {
     events_ = events;
     // The first tree sees the static bits alone: contexts that agree on them are one.
@@ -223,7 +222,7 @@ class TreeGrower {
 
   ContextTrees& trees_;
   ContextBits bits_;
-  std::span<const Entry> events_;  ///< by ascending static bits
+  std::span<const Entry> events_;
   std::array<std::uint32_t, std::size_t{1} << kStaticBits> first_{};  ///< of events_, for each static context
   std::vector<std::uint32_t> place_;  ///< of one_class: where each dynamic context is
   std::size_t classes_ = 0;
@@ -243,10 +242,10 @@ void name_distributions(ContextTrees& trees, std::uint32_t node, bool is_static,
 }
 
 template <std::size_t N>
-ContextTrees grow_trees(const std::vector<Entry>& entries, const ContextBits& bits, std::uint32_t possible) {
+ContextTrees grow_trees(std::span<const Entry> events, const ContextBits& bits, std::uint32_t possible) {
   ContextTrees trees;
   const auto grower = std::make_unique<TreeGrower<N>>(trees, bits);
-  grower->grow(entries);
+  grower->grow(events);
   Clustering<N> clusters(grower->leaves, possible);
   name_distributions(trees, trees.root, true, clusters.nearest);
   trees.distributions = std::move(clusters.distributions);
@@ -255,37 +254,11 @@ ContextTrees grow_trees(const std::vector<Entry>& entries, const ContextBits& bi
 
 }  // namespace
 
-void EventCounts::merge(const EventCounts& other) {
-  for (const Entry& entry : other.table_) {
-    if (entry.count > 0) add(entry.event, entry.count);
-  }
-}
-
-std::vector<Entry> EventCounts::entries(unsigned pair) const {
-  std::vector<std::uint32_t> next(std::size_t{1} << kStaticBits);  // place of the next entry of each static context
-  const auto of_pair = [pair](const Entry& entry) { return entry.count > 0 && (static_of(entry.event) >> kDepth != 0) == (pair == 1); };
-  for (const Entry& entry : table_) {
-    if (of_pair(entry)) ++next[static_of(entry.event)];
-  }
-  std::uint32_t count = 0;
-  for (std::uint32_t& place : next) count += std::exchange(place, count);
-  std::vector<Entry> found(count);
-  for (const Entry& entry : table_) {
-    if (of_pair(entry)) found[next[static_of(entry.event)]++] = entry;
-  }
-  return found;
-}
-
-void EventCounts::grow() {
-  const std::vector<Entry> old = std::exchange(table_, std::vector<Entry>(4 * table_.size()));
-  for (const Entry& entry : old) {
-    if (entry.count > 0) *place(entry.event) = entry;
-  }
-}
-
 ContextModel train(const EventCounts& events, const NumberCounts& numbers, const ContextBits& bits) {
-  std::array<ContextTrees, 2> trees{grow_trees<8>(events.entries(0), bits, kPossible[0]),
-                                    grow_trees<kSymbols>(events.entries(1), bits, kPossible[1])};
+  const std::vector<Entry> entries = events.entries();
+  const auto others = std::ranges::partition_point(entries, [](const Entry& entry) { return static_of(entry.event) >> kDepth == 0; });
+  std::array<ContextTrees, 2> trees{grow_trees<8>({entries.begin(), others}, bits, kPossible[0]),
+                                    grow_trees<kSymbols>({others, entries.end()}, bits, kPossible[1])};
   std::array<Distribution, kNumberKinds> widths{};
   for (unsigned kind = 0; kind < kNumberKinds; ++kind) widths[kind] = fit_distribution(numbers[kind], 0xffff);
   return ContextModel(std::move(trees), widths);

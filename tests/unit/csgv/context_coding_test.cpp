@@ -110,11 +110,12 @@ EventCounts random_counts(unsigned seed, int events) {
   std::mt19937 random(seed);
   EventCounts counts;
   for (int i = 0; i < events; ++i) {
-    const std::uint32_t context = random() & ((1u << 28) - 1) & 0x0030f3c7u;
-    const bool finest = static_of(context) >> kDepth == 0;
+    const std::uint32_t statics = random() & 0x33c7u;
+    const std::uint32_t dynamics = random() & 0xc3u;
+    const bool finest = statics >> kDepth == 0;
     // What a symbol is depends on some bits, so that there is something to learn.
-    const std::uint32_t symbol = random() % 8 == 0 ? random() % 7 : (context >> 1 & 3) + (context >> 14 & 1);
-    counts.add(context | (symbol | (finest ? 0 : random() % 2 * 8)) << 28);
+    const std::uint32_t symbol = random() % 8 == 0 ? random() % 7 : (statics >> 1 & 3) + (dynamics & 1);
+    counts.add(std::vector{make_event(statics, dynamics, symbol | (finest ? 0 : random() % 2 * 8))});
   }
   return counts;
 }
