@@ -58,13 +58,15 @@ std::uint32_t KeptGroups::index_of(std::uint32_t label) {
 
 void KeptGroups::add(const csgv::LabelGrid& grid) {
   Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
+  keys_.clear();
   finder_.run(grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
-    blocks_.push_back(shapes_.note(shape_key(shape, finest)));
+    keys_.push_back(shape_key(shape, finest));
     if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
     for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
       own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
     }
   });
+  shapes_.note(keys_, blocks_);
   brick.fine_block = brick.first_block + masks_.size() - brick.first_mask;
   brick.end_block = blocks_.size();
   bricks_.push_back(brick);

@@ -41,7 +41,8 @@ class KeptGroups final : public csgv::PackWorkspace {
 
   unsigned levels_;
   BlockFinder finder_;
-  KeyCounts shapes_;                       ///< of the blocks: shape_key()
+  std::vector<std::uint64_t> keys_;        ///< of a brick's blocks: shape_key()
+  KeyCounts shapes_;                       ///< of all blocks
   std::vector<CodedBlock> codes_;          ///< of the shapes
   std::vector<Group> groups_;
   std::vector<Brick> bricks_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace cvr::codecs::csgvr {
@@ -27,6 +28,18 @@ class KeyCounts {
     slots_[at] = number;
     if (2 * entries_.size() > slots_.size()) grow();
     return number - 1;
+  }
+  /// Appends the numbers of keys that have each occurred once more. What they need of memory is asked for ahead of time.
+  void note(std::span<const std::uint64_t> keys, std::vector<std::uint32_t>& numbers) {
+    constexpr std::size_t kSlotAhead = 16;
+    constexpr std::size_t kEntryAhead = 8;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      if (i + kSlotAhead < keys.size()) __builtin_prefetch(&slots_[slot(keys[i + kSlotAhead])]);
+      if (i + kEntryAhead < keys.size()) {
+        if (const std::uint32_t number = slots_[slot(keys[i + kEntryAhead])]; number != 0) __builtin_prefetch(&entries_[number - 1]);
+      }
+      numbers.push_back(note(keys[i]));
+    }
   }
   const std::vector<Entry>& entries() const { return entries_; }
 
