@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <numeric>
 
 namespace cvr::codecs::entropy {
@@ -10,12 +9,6 @@ namespace cvr::codecs::entropy {
 namespace {
 
 constexpr unsigned kMostBits = 31;
-
-/// A symbol, or two things of the list before.
-struct Package {
-  std::uint64_t weight;
-  std::int32_t first, second;  ///< places in the pool; a symbol: the symbol and -1
-};
 
 std::uint32_t reversed(std::uint32_t code, unsigned length) {
   std::uint32_t bits = 0;
@@ -30,35 +23,31 @@ std::vector<std::uint8_t> prefix_code_lengths(std::span<const std::uint64_t> cou
   std::iota(order.begin(), order.end(), 0u);
   std::ranges::stable_sort(order, {}, [&](std::uint32_t s) { return counts[s]; });
 
-  std::vector<Package> pool;
-  std::vector<std::int32_t> symbols;
-  for (const std::uint32_t s : order) {
-    symbols.push_back(static_cast<std::int32_t>(pool.size()));
-    pool.push_back({counts[s], static_cast<std::int32_t>(s), -1});
-  }
-  const auto lighter = [&](std::int32_t a, std::int32_t b) { return pool[a].weight < pool[b].weight; };
-  std::vector<std::int32_t> list = symbols;
+  // Lists of things, lightest first: symbols, and from the second list on packages of two things of the list before.
+  std::vector<std::uint64_t> symbols;
+  for (const std::uint32_t s : order) symbols.push_back(counts[s]);
+  std::vector<std::vector<std::uint8_t>> is_symbol{std::vector<std::uint8_t>(symbols.size(), 1)};
+  std::vector<std::uint64_t> list = symbols;
   for (unsigned level = 1; level < limit; ++level) {
-    std::vector<std::int32_t> packages;
-    for (std::size_t i = 0; i + 1 < list.size(); i += 2) {
-      packages.push_back(static_cast<std::int32_t>(pool.size()));
-      pool.push_back({pool[list[i]].weight + pool[list[i + 1]].weight, list[i], list[i + 1]});
-    }
+    std::vector<std::uint64_t> packages;
+    for (std::size_t i = 0; i + 1 < list.size(); i += 2) packages.push_back(list[i] + list[i + 1]);
     list.clear();
-    std::ranges::merge(symbols, packages, std::back_inserter(list), lighter);
-  }
-  // A symbol's length is how often it occurs in the lightest 2n - 2 things.
-  std::vector<std::uint8_t> lengths(counts.size());
-  std::vector<std::int32_t> open(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(2 * counts.size() - 2));
-  while (!open.empty()) {
-    const Package package = pool[open.back()];
-    open.pop_back();
-    if (package.second < 0) {
-      ++lengths[package.first];
-    } else {
-      open.push_back(package.first);
-      open.push_back(package.second);
+    std::vector<std::uint8_t>& kinds = is_symbol.emplace_back();
+    for (std::size_t s = 0, p = 0; s < symbols.size() || p < packages.size();) {
+      const bool symbol = p == packages.size() || (s < symbols.size() && symbols[s] <= packages[p]);
+      list.push_back(symbol ? symbols[s++] : packages[p++]);
+      kinds.push_back(symbol ? 1 : 0);
     }
+  }
+  // A symbol's length is how often it occurs in the lightest 2n - 2 things of the last list: those of a list that are
+  // symbols are the lightest ones, those that are packages are made of the lightest things of the list before.
+  std::vector<std::uint8_t> lengths(counts.size());
+  std::size_t taken = 2 * counts.size() - 2;
+  for (std::size_t level = is_symbol.size(); level-- > 0;) {
+    const auto first = is_symbol[level].begin();
+    const auto of_symbols = static_cast<std::size_t>(std::accumulate(first, first + static_cast<std::ptrdiff_t>(taken), 0u));
+    for (std::size_t i = 0; i < of_symbols; ++i) ++lengths[order[i]];
+    taken = 2 * (taken - of_symbols);
   }
   return lengths;
 }
