@@ -97,12 +97,16 @@ const BlockCode::Code* BlockCode::Side::find(BlockOperations operations) const {
   return nullptr;
 }
 
-const BlockCode::Code& BlockCode::Side::escape(BlockOperations operations) const { return codes[patterns.size() + labels_of(operations)]; }
+const BlockCode::Code& BlockCode::Side::escape(unsigned labels) const { return codes[patterns.size() + labels]; }
 
 CodedBlock BlockCode::code_of(BlockOperations operations, const Side& side) {
-  if (const Code* code = side.find(operations)) return {code->bits, code->length, operations};
-  const Code& escape = side.escape(operations);
-  return {escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits, operations};
+  const unsigned labels = labels_of(operations);
+  const auto coded = [&](std::uint64_t bits, std::uint32_t length) {
+    return CodedBlock{bits, operations, static_cast<std::uint16_t>(length), static_cast<std::uint16_t>(labels)};
+  };
+  if (const Code* code = side.find(operations)) return coded(code->bits, code->length);
+  const Code& escape = side.escape(labels);
+  return coded(escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits);
 }
 
 CodedBlock BlockCode::shortest(const BlockShape& shape, bool fine) const {

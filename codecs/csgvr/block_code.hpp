@@ -32,8 +32,9 @@ bool valid_operations(BlockOperations operations);
 /// A block's code and what it stands for.
 struct CodedBlock {
   std::uint64_t bits;
-  std::uint32_t length;
   BlockOperations operations;
+  std::uint16_t length;
+  std::uint16_t labels;  ///< of its own
 };
 
 class BlockCode {
@@ -63,7 +64,7 @@ class BlockCode {
     void assign_codes();
     /// Of a pattern; nullptr where it has none.
     const Code* find(BlockOperations operations) const;
-    const Code& escape(BlockOperations operations) const;
+    const Code& escape(unsigned labels) const;
 
    private:
     static std::uint32_t hash(BlockOperations operations) { return operations * 0x9e3779b1u; }

@@ -36,11 +36,11 @@ class CsgvrcFormat final : public BrickFormat {
 
   bool keeps_bricks() const override { return true; }
   void fit_kept(std::span<PackWorkspace* const> workspaces) override {
-    csgvr::KeyCounts counts;
-    for (const PackWorkspace* workspace : workspaces) {
-      for (const auto& [shape, count] : static_cast<const KeptGroups*>(workspace)->shapes().entries()) counts.note(shape, count);
+    csgvr::KeyCounts all = static_cast<const KeptGroups*>(workspaces[0])->shapes();
+    for (const PackWorkspace* workspace : workspaces.subspan(1)) {
+      for (const auto& [shape, count] : static_cast<const KeptGroups*>(workspace)->shapes().entries()) all.note(shape, count);
     }
-    code_.fit(counts);
+    code_.fit(all);
     for (PackWorkspace* workspace : workspaces) static_cast<KeptGroups*>(workspace)->choose(code_);
   }
   void write_tables(ByteWriter& out) const override { code_.write(out); }

@@ -12,10 +12,6 @@ namespace {
 
 unsigned width(std::uint64_t most) { return static_cast<unsigned>(std::bit_width(most)); }
 
-std::uint32_t labels_of(const CodedBlock& block) {
-  return static_cast<std::uint32_t>(std::popcount(shaders::cvr_c_own_labels(block.operations)));
-}
-
 /// Where runs begin: as it is, or, of many runs, as what it is off a line. The first begins at 0 and has no sample.
 class Samples {
  public:
@@ -87,7 +83,7 @@ GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const
   Runs runs{};
   for (std::size_t i = first; i < end; ++i) {
     if ((i - first) % CVR_C_RUN == 0) runs.offsets.push_back(runs.bits);
-    runs.bits += block(i).length + labels_of(block(i)) * index_bits_;
+    runs.bits += block(i).length + block(i).labels * index_bits_;
   }
   return runs;
 }
@@ -109,7 +105,7 @@ void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& la
     for (std::size_t i = run; i < std::min<std::size_t>(end, run + CVR_C_RUN); ++i) {
       streams_.append(block(i).bits, block(i).length);
       bits_.codes += block(i).length;
-      label += labels_of(block(i));
+      label += block(i).labels;
     }
     for (std::size_t i = label; i-- > first_label;) streams_.append(kept_->own_labels_[i], index_bits_);
     bits_.labels += (label - first_label) * index_bits_;
