@@ -81,39 +81,33 @@ void BlockCode::Side::assign_codes() {
   codes.clear();
   for (std::size_t i = 0; i < bits.size(); ++i) codes.push_back({bits[i], lengths[i]});
   hash_shift_ = 31 - static_cast<unsigned>(std::bit_width(patterns.size()));
-  slots_.assign(std::size_t{1} << (32 - hash_shift_), 0);
+  slots_.assign(std::size_t{1} << (32 - hash_shift_), {});
   for (std::size_t i = 0; i < patterns.size(); ++i) {
     std::size_t at = hash(patterns[i]) >> hash_shift_;
-    while (slots_[at] != 0) at = (at + 1) & (slots_.size() - 1);
-    slots_[at] = static_cast<std::uint16_t>(i + 1);
+    while (slots_[at].length != 0) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = {patterns[i], static_cast<std::uint16_t>(codes[i].bits), static_cast<std::uint16_t>(codes[i].length)};
   }
 }
 
-const BlockCode::Code* BlockCode::Side::find(BlockOperations operations) const {
-  for (std::size_t at = hash(operations) >> hash_shift_; slots_[at] != 0; at = (at + 1) & (slots_.size() - 1)) {
-    const std::size_t place = slots_[at] - 1u;
-    if (patterns[place] == operations) return &codes[place];
-  }
-  return nullptr;
-}
-
-const BlockCode::Code& BlockCode::Side::escape(unsigned labels) const { return codes[patterns.size() + labels]; }
-
-CodedBlock BlockCode::code_of(BlockOperations operations, const Side& side) {
+CodedBlock BlockCode::Side::coded(BlockOperations operations) const {
   const unsigned labels = labels_of(operations);
-  const auto coded = [&](std::uint64_t bits, std::uint32_t length) {
+  const auto block = [&](std::uint64_t bits, std::uint32_t length) {
     return CodedBlock{bits, operations, static_cast<std::uint16_t>(length), static_cast<std::uint16_t>(labels)};
   };
-  if (const Code* code = side.find(operations)) return coded(code->bits, code->length);
-  const Code& escape = side.escape(labels);
-  return coded(escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits);
+  for (std::size_t at = hash(operations) >> hash_shift_; slots_[at].length != 0; at = (at + 1) & (slots_.size() - 1)) {
+    if (slots_[at].operations == operations) return block(slots_[at].bits, slots_[at].length);
+  }
+  const Code& escape = codes[patterns.size() + labels];
+  return block(escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits);
 }
 
 CodedBlock BlockCode::shortest(const BlockShape& shape, bool fine) const {
   const Side& side = sides_[fine];
-  CodedBlock best = code_of(shape.operations(kAxisOrders[0]), side);
+  CodedBlock best = side.coded(shape.operations(kAxisOrders[0]));
   for (const unsigned i : shape.other_orders()) {
-    const CodedBlock other = code_of(shape.operations(kAxisOrders[i]), side);
+    const BlockOperations operations = shape.operations(kAxisOrders[i]);
+    if (operations == best.operations) continue;
+    const CodedBlock other = side.coded(operations);
     if (other.length < best.length) best = other;
   }
   return best;

@@ -62,17 +62,19 @@ class BlockCode {
     std::vector<std::uint8_t> lengths;
     std::vector<Code> codes;
     void assign_codes();
-    /// Of a pattern; nullptr where it has none.
-    const Code* find(BlockOperations operations) const;
-    const Code& escape(unsigned labels) const;
+    CodedBlock coded(BlockOperations operations) const;
 
    private:
+    /// A pattern and its code; length 0: none.
+    struct Slot {
+      BlockOperations operations = 0;
+      std::uint16_t bits = 0, length = 0;
+    };
     static std::uint32_t hash(BlockOperations operations) { return operations * 0x9e3779b1u; }
-    std::vector<std::uint16_t> slots_;  ///< places of patterns + 1, open addressing, a power of two
+    std::vector<Slot> slots_;  ///< open addressing, a power of two
     unsigned hash_shift_ = 31;
   };
 
-  static CodedBlock code_of(BlockOperations operations, const Side& side);
   static void fit_side(Side& side, const KeyCounts& patterns);
   void build_tables();
 
