@@ -19,7 +19,6 @@ using volumes::fail;
 
 namespace {
 
-constexpr unsigned kFitRounds = 2;  ///< shapes are given the contents that the last round's code makes short
 constexpr unsigned kMostLength = CVR_C_CODE_BITS;
 constexpr std::uint32_t kRawBits = CVR_C_RAW_BITS;
 constexpr unsigned kEscapes = 9;  ///< by labels of their own
@@ -76,6 +75,23 @@ bool valid_operations(BlockOperations operations) {
   return repeated == 0 || (own != 0 && std::countr_zero(own) < std::countr_zero(repeated));
 }
 
+BlockOperations most_frequent(const BlockShape& shape, const KeyCounts& patterns) {
+  BlockOperations best = shape.operations(kAxisOrders[0]);
+  const auto others = shape.other_orders();
+  if (others.empty()) return best;
+  std::uint64_t most = patterns.count(best);
+  for (const unsigned i : others) {
+    const BlockOperations operations = shape.operations(kAxisOrders[i]);
+    if (operations == best) continue;
+    const std::uint64_t count = patterns.count(operations);
+    if (count > most) {
+      most = count;
+      best = operations;
+    }
+  }
+  return best;
+}
+
 void BlockCode::Side::assign_codes() {
   const std::vector<std::uint32_t> bits = entropy::prefix_codes(lengths);
   codes.clear();
@@ -99,18 +115,6 @@ CodedBlock BlockCode::Side::coded(BlockOperations operations) const {
   }
   const Code& escape = codes[patterns.size() + labels];
   return block(escape.bits | std::uint64_t{operations} << escape.length, escape.length + kRawBits);
-}
-
-CodedBlock BlockCode::shortest(const BlockShape& shape, bool fine) const {
-  const Side& side = sides_[fine];
-  CodedBlock best = side.coded(shape.operations(kAxisOrders[0]));
-  for (const unsigned i : shape.other_orders()) {
-    const BlockOperations operations = shape.operations(kAxisOrders[i]);
-    if (operations == best.operations) continue;
-    const CodedBlock other = side.coded(operations);
-    if (other.length < best.length) best = other;
-  }
-  return best;
 }
 
 /// Gives codes to the patterns that are worth it.
@@ -153,17 +157,8 @@ void BlockCode::fit_side(Side& side, const KeyCounts& patterns) {
   side.assign_codes();
 }
 
-void BlockCode::fit(const KeyCounts& shapes) {
-  for (unsigned round = 0; round < kFitRounds; ++round) {
-    std::array<KeyCounts, 2> patterns;
-    for (const auto& [key, count] : shapes.entries()) {
-      const BlockShape shape = shape_of(key);
-      const BlockOperations operations =
-          round == 0 ? shape.operations(shape.widest_first()) : shortest(shape, is_fine(key)).operations;
-      patterns[is_fine(key)].note(operations, count);
-    }
-    for (unsigned fine = 0; fine < 2; ++fine) fit_side(sides_[fine], patterns[fine]);
-  }
+void BlockCode::fit(const PatternCounts& patterns) {
+  for (unsigned fine = 0; fine < 2; ++fine) fit_side(sides_[fine], patterns[fine]);
   build_tables();
 }
 

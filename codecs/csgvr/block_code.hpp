@@ -37,16 +37,21 @@ struct CodedBlock {
   std::uint16_t labels;  ///< of its own
 };
 
+/// How often each pattern occurs in coarse and in fine blocks, by its operations.
+using PatternCounts = std::array<KeyCounts, 2>;
+
+/// Of the operations that a shape allows the most frequent ones; of equal ones the first in kAxisOrders.
+BlockOperations most_frequent(const BlockShape& shape, const KeyCounts& patterns);
+
 class BlockCode {
  public:
-  /// Codes for shapes that occur so often, by their shape_key(); others are coded with escapes.
-  void fit(const KeyCounts& shapes);
+  /// Codes for patterns that occur so often; others are coded with escapes.
+  void fit(const PatternCounts& patterns);
 
   void write(ByteWriter& out) const;
   volumes::Expected<void> read(ByteReader& in);
 
-  /// The shortest code of a block of this shape; of equal ones the first in kAxisOrders.
-  CodedBlock shortest(const BlockShape& shape, bool fine) const;
+  CodedBlock coded(BlockOperations operations, bool fine) const { return sides_[fine].coded(operations); }
 
   /// Lookup tables for shaders/shared/csgvr_c.glsl.
   const std::vector<std::uint32_t>& tables() const { return tables_; }

@@ -36,12 +36,14 @@ class CsgvrcFormat final : public BrickFormat {
 
   bool keeps_bricks() const override { return true; }
   void fit_kept(std::span<PackWorkspace* const> workspaces) override {
-    csgvr::KeyCounts all = static_cast<const KeptGroups*>(workspaces[0])->shapes();
-    for (const PackWorkspace* workspace : workspaces.subspan(1)) {
-      for (const auto& [shape, count] : static_cast<const KeptGroups*>(workspace)->shapes().entries()) all.note(shape, count);
-    }
-    code_.fit(all);
-    for (PackWorkspace* workspace : workspaces) static_cast<KeptGroups*>(workspace)->choose(code_);
+    const auto for_each = [&](auto&& body) {
+      for (PackWorkspace* workspace : workspaces) body(static_cast<KeptGroups&>(*workspace));
+    };
+    csgvr::PatternCounts widest, chosen;
+    for_each([&](const KeptGroups& kept) { kept.count_widest(widest); });
+    for_each([&](KeptGroups& kept) { kept.choose(widest, chosen); });
+    code_.fit(chosen);
+    for_each([&](KeptGroups& kept) { kept.encode(code_); });
   }
   void write_tables(ByteWriter& out) const override { code_.write(out); }
   Expected<void> read_tables(ByteReader& in) override { return code_.read(in); }

@@ -74,9 +74,24 @@ void KeptGroups::finish_group() {
   indices_.clear();
 }
 
-void KeptGroups::choose(const BlockCode& code) {
+void KeptGroups::count_widest(PatternCounts& patterns) const {
+  for (const auto& [key, count] : shapes_.entries()) {
+    const BlockShape shape = shape_of(key);
+    patterns[is_fine(key)].note(shape.operations(shape.widest_first()), count);
+  }
+}
+
+void KeptGroups::choose(const PatternCounts& before, PatternCounts& chosen) {
+  operations_.clear();
+  for (const auto& [key, count] : shapes_.entries()) {
+    operations_.push_back(most_frequent(shape_of(key), before[is_fine(key)]));
+    chosen[is_fine(key)].note(operations_.back(), count);
+  }
+}
+
+void KeptGroups::encode(const BlockCode& code) {
   codes_.clear();
-  for (const KeyCounts::Entry& entry : shapes_.entries()) codes_.push_back(code.shortest(shape_of(entry.key), is_fine(entry.key)));
+  for (std::size_t i = 0; i < operations_.size(); ++i) codes_.push_back(code.coded(operations_[i], is_fine(shapes_.entries()[i].key)));
 }
 
 GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const {

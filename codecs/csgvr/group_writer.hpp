@@ -21,9 +21,12 @@ class KeptGroups final : public csgv::PackWorkspace {
   /// Takes the next brick of the group; its nodes outside the volume are filled.
   void add(const csgv::LabelGrid& grid);
   void finish_group();
-  const KeyCounts& shapes() const { return shapes_; }
-  /// Chooses the codes of all shapes that have been met.
-  void choose(const BlockCode& code);
+
+  // Which of its possible operations a shape is given: those that are frequent where every shape names the neighbours along
+  // the axes with most matches. All workers first count the ones, then the others, then encode what they have met.
+  void count_widest(PatternCounts& patterns) const;
+  void choose(const PatternCounts& widest, PatternCounts& chosen);
+  void encode(const BlockCode& code);
 
  private:
   friend class GroupWriter;
@@ -41,15 +44,16 @@ class KeptGroups final : public csgv::PackWorkspace {
 
   unsigned levels_;
   BlockFinder finder_;
-  std::vector<std::uint64_t> keys_;        ///< of a brick's blocks: shape_key()
-  KeyCounts shapes_;                       ///< of all blocks
-  std::vector<CodedBlock> codes_;          ///< of the shapes
+  std::vector<std::uint64_t> keys_;          ///< of a brick's blocks: shape_key()
+  KeyCounts shapes_;                         ///< of all blocks
+  std::vector<BlockOperations> operations_;  ///< of the shapes
+  std::vector<CodedBlock> codes_;            ///< of the shapes
   std::vector<Group> groups_;
   std::vector<Brick> bricks_;
-  std::vector<std::uint32_t> blocks_;      ///< their shapes
-  std::vector<std::uint8_t> masks_;        ///< open children of the coarse blocks
-  std::vector<std::uint32_t> own_labels_;  ///< dictionary indices
-  std::vector<std::uint32_t> dictionary_;  ///< of one group after the other
+  std::vector<std::uint32_t> blocks_;        ///< their shapes
+  std::vector<std::uint8_t> masks_;          ///< open children of the coarse blocks
+  std::vector<std::uint32_t> own_labels_;    ///< dictionary indices
+  std::vector<std::uint32_t> dictionary_;    ///< of one group after the other
   std::unordered_map<std::uint32_t, std::uint32_t> indices_;  ///< of labels in the dictionary of the group that is not finished
 };
 

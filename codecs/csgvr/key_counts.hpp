@@ -41,6 +41,13 @@ class KeyCounts {
       numbers.push_back(note(keys[i]));
     }
   }
+  /// How often a key has occurred.
+  std::uint64_t count(std::uint64_t key) const {
+    for (std::size_t at = slot(key); slots_[at] != 0; at = (at + 1) & (slots_.size() - 1)) {
+      if (const Entry& entry = entries_[slots_[at] - 1]; entry.key == key) return entry.count;
+    }
+    return 0;
+  }
   const std::vector<Entry>& entries() const { return entries_; }
 
  private:

@@ -18,9 +18,11 @@ namespace cvr {
 namespace {
 
 using codecs::csgvr::BlockCode;
+using codecs::csgvr::BlockOperations;
 using codecs::csgvr::BlockShape;
 using codecs::csgvr::CodedBlock;
 using codecs::csgvr::KeyCounts;
+using codecs::csgvr::PatternCounts;
 using volumes::Coordinate;
 using volumes::Extent;
 using volumes::Volume;
@@ -88,10 +90,12 @@ std::vector<BlockShape> shapes(std::size_t count) {
   return all;
 }
 
+BlockOperations widest(const BlockShape& shape) { return shape.operations(shape.widest_first()); }
+
 BlockCode fitted(std::span<const BlockShape> fine, std::span<const BlockShape> coarse) {
-  KeyCounts counts;
-  for (const BlockShape& shape : coarse) counts.note(codecs::csgvr::shape_key(shape, false));
-  for (const BlockShape& shape : fine) counts.note(codecs::csgvr::shape_key(shape, true));
+  PatternCounts counts;
+  for (const BlockShape& shape : coarse) counts[0].note(widest(shape));
+  for (const BlockShape& shape : fine) counts[1].note(widest(shape));
   BlockCode code;
   code.fit(counts);
   return code;
@@ -108,7 +112,7 @@ void expect_read_back(const BlockCode& code, std::span<const BlockShape> blocks,
   codecs::succinct::BitAppender bits;
   std::vector<CodedBlock> coded;
   for (const BlockShape& shape : blocks) {
-    coded.push_back(code.shortest(shape, fine));
+    coded.push_back(code.coded(widest(shape), fine));
     bits.append(coded.back().bits, coded.back().length);
   }
   std::vector<std::uint32_t> words;
@@ -150,13 +154,15 @@ TEST(BlockCode, OfNothingHasEscapesAlone) {
   expect_read_back(code, shapes(100), true);
 }
 
-TEST(BlockCode, NamesTheNeighbourThatIsShortest) {
+TEST(BlockCode, NamesTheNeighbourThatIsMostFrequent) {
   // Many blocks whose lower half can only be a copy along y; one where it could be along x too.
-  std::vector<BlockShape> blocks(1000, BlockShape({0, 0x0f, 0}, 0, 0));
-  const BlockCode code = fitted(blocks, {});
-  const CodedBlock either = code.shortest(BlockShape({0x0f, 0x0f, 0}, 0, 0), true);
-  EXPECT_EQ(either.operations, 2u | 2u << 3 | 2u << 6 | 2u << 9);
-  EXPECT_EQ(either.length, 1u);
+  const BlockShape only_y({0, 0x0f, 0}, 0, 0);
+  KeyCounts counts;
+  counts.note(widest(only_y), 1000);
+  const BlockOperations along_y = 2u | 2u << 3 | 2u << 6 | 2u << 9;
+  EXPECT_EQ(codecs::csgvr::most_frequent(BlockShape({0x0f, 0x0f, 0}, 0, 0), counts), along_y);
+  EXPECT_EQ(codecs::csgvr::most_frequent(BlockShape({0x0f, 0x0f, 0}, 0, 0), {}), along_y / 2) << "x where nothing is known";
+  EXPECT_EQ(fitted(std::vector<BlockShape>(1000, only_y), {}).coded(along_y, true).length, 1u);
 }
 
 TEST(BlockCode, RefusesTablesThatNoEncoderWrites) {
