@@ -11,7 +11,7 @@
 struct CtxPlace {
   Global words;  // of the group
   CtxGroup group;
-  CtxBrick brick;
+  uint member;
 };
 
 CVR_FUNC CtxPlace cvr_ctx_place(uvec3 brick) {
@@ -20,14 +20,14 @@ CVR_FUNC CtxPlace cvr_ctx_place(uvec3 brick) {
   CtxPlace place;
   place.words = CVR_BUFFER_AT(1, cvr_group_word(brick, shift));
   place.group = cvr_ctx_group(place.words, bricks.x * bricks.y * bricks.z, uint(CVR_CTX_LABEL_BITS));
-  place.brick = cvr_ctx_brick(place.words, place.group, cvr_group_member(brick, shift));
+  place.member = cvr_group_member(brick, shift);
   return place;
 }
 
 CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place) {
   CtxDecoding decoding;
   decoding.group = place.group;
-  decoding.brick = place.brick;
+  decoding.brick = cvr_ctx_brick(place.words, place.group, place.member);
   decoding.tables.rows_at = uint(CVR_CTX_ROWS_AT);
   decoding.tables.slots_at = uint(CVR_CTX_SLOTS_AT);
   decoding.tables.symbols_at = uint(CVR_CTX_SYMBOLS_AT);
@@ -38,13 +38,14 @@ CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place) {
 
 CVR_FUNC uint cvr_decode_root(uvec3 brick) {
   CtxPlace place = cvr_ctx_place(brick);
-  return cvr_ctx_label(place.words, CVR_BUFFER(2), cvr_ctx_decoding(place), 0u);
+  uint bits = uint(CVR_CTX_LABEL_BITS);
+  return cvr_ctx_list_label(place.words, CVR_BUFFER(2), place.group, cvr_ctx_root(place.words, place.group, place.member), bits);
 }
 
 CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
   CtxPlace place = cvr_ctx_place(brick);
   CtxDecoding decoding = cvr_ctx_decoding(place);
-  for (uint i = part; i < place.brick.labels; i += 1u << uint(CVR_BRICK_SHIFT)) {
+  for (uint i = part; i < decoding.brick.labels; i += 1u << uint(CVR_BRICK_SHIFT)) {
     if (cvr_code_visible(cvr_ctx_label(place.words, CVR_BUFFER(2), decoding, i))) return true;
   }
   return false;

@@ -29,7 +29,7 @@ struct CtxGroup {
 };
 
 struct CtxBrick {
-  uint root;        // place in the group's list
+  uint root;        // of its palette's entries the first: place in the group's list
   uint labels;      // palette entries; 1: the brick is constant and has no stream
   uint entries_at;  // bit at which its further entries begin
   uint stream_at;   // byte at which its stream begins
@@ -74,12 +74,19 @@ CVR_FUNC CtxGroup cvr_ctx_group(Words words, uint bricks, uint label_bits) {
   return group;
 }
 
-// The m-th brick. m = group.bricks: what follows the last one.
+// The root of the m-th brick: its place in the group's list.
+CVR_FUNC uint cvr_ctx_root(Words words, CtxGroup group, uint m) {
+  uint turns = cvr_ctx_ones(words, group.turns_at, m);
+  return cvr_ctx_field(words, group.roots_at + group.rank_bits * turns, group.rank_bits);
+}
+
+// The m-th brick.
 CVR_FUNC CtxBrick cvr_ctx_brick(Words words, CtxGroup group, uint m) {
   CtxBrick brick;
+  brick.root = cvr_ctx_root(words, group, m);
   brick.labels = 1u;
   brick.bytes = 0u;
-  bool constant = m == group.bricks || cvr_ctx_field(words, group.several_at + m, 1u) == 0u;
+  bool constant = cvr_ctx_field(words, group.several_at + m, 1u) == 0u;
   uint own = cvr_ctx_ones(words, group.several_at, m);
   uint several = own + cvr_ctx_ones(words, group.several_at + m, group.bricks - m);
   uint bytes = 0u;
@@ -98,8 +105,6 @@ CVR_FUNC CtxBrick cvr_ctx_brick(Words words, CtxGroup group, uint m) {
     }
   }
   uint entries_at = group.records_at + several * (group.size_bits + group.count_bits);
-  uint turns = cvr_ctx_ones(words, group.turns_at, m < group.bricks ? m : 0u);
-  brick.root = cvr_ctx_field(words, group.roots_at + group.rank_bits * turns, group.rank_bits);
   brick.entries_at = entries_at + group.rank_bits * entries;
   brick.stream_at = (entries_at + group.rank_bits * all_entries + 7u) / 8u + bytes;
   return brick;
@@ -123,10 +128,19 @@ struct CtxTables {
   uint label_bits;
 };
 
+// The words that hold the byte `next` and those behind it are kept: a renormalisation reads at most one more.
 struct CtxStream {
   uint state;
   uint next;  // byte
   uint end;
+  uint low;   // the word of that byte
+  uint high;  // the one behind it
+};
+
+// The palette while a brick is decoded.
+struct CtxPalette {
+  uint in_use;  // entries
+  uint last;    // label of the newest one
 };
 
 #define CVR_CTX_DYNAMIC_BITS 14u
@@ -136,27 +150,37 @@ struct CtxStream {
 #define CVR_CTX_WIDE_BITS 24u
 #define CVR_CTX_NUMBER_KINDS 8u
 
+// The word i, or 0 where the stream has ended before.
+CVR_FUNC uint cvr_ctx_word(Words words, uint i, uint end) { return 4u * i < end ? cvr_read(words, i) : 0u; }
+
+CVR_FUNC uint cvr_ctx_bytes(CtxStream stream) {
+  uint shift = 8u * (stream.next & 3u);
+  return shift == 0u ? stream.low : (stream.low >> shift) | (stream.high << (32u - shift));
+}
+
 CVR_FUNC CtxStream cvr_ctx_begin(Words words, uint at, uint bytes) {
   CtxStream stream;
-  stream.state = 0u;
   stream.next = at;
   stream.end = at + bytes;
+  stream.low = cvr_ctx_word(words, at >> 2, stream.end);
+  stream.high = cvr_ctx_word(words, (at >> 2) + 1u, stream.end);
   uint length = bytes < 4u ? bytes : 4u - (bytes & 1u);
-  CVR_UNROLL for (uint i = 0u; i < 4u; ++i) {
-    if (i >= length) break;
-    stream.state |= ((cvr_read(words, stream.next >> 2) >> (8u * (stream.next & 3u))) & 255u) << (8u * i);
-    stream.next += 1u;
-  }
+  stream.state = length == 0u ? 0u : cvr_ctx_bytes(stream) & (0xffffffffu >> (32u - 8u * length));
+  stream.next += length;
+  stream.low = cvr_ctx_word(words, stream.next >> 2, stream.end);
+  stream.high = cvr_ctx_word(words, (stream.next >> 2) + 1u, stream.end);
   return stream;
 }
 
 CVR_FUNC void cvr_ctx_advance(Words words, uint frequency, uint place, CVR_INOUT(CtxStream) stream) {
   stream.state = frequency * (stream.state >> CVR_CTX_PROBABILITY_BITS) + place;
   if (stream.state < 0x10000u && stream.next != stream.end) {
-    uint word = cvr_read(words, stream.next >> 2) >> (8u * (stream.next & 3u));
-    if ((stream.next & 3u) == 3u) word |= cvr_read(words, (stream.next >> 2) + 1u) << 8;
-    stream.state = (stream.state << 16) | (word & 0xffffu);
+    stream.state = (stream.state << 16) | (cvr_ctx_bytes(stream) & 0xffffu);
     stream.next += 2u;
+    if ((stream.next & 2u) == 0u) {
+      stream.low = stream.high;
+      stream.high = cvr_ctx_word(words, (stream.next >> 2) + 1u, stream.end);
+    }
   }
 }
 
@@ -181,8 +205,8 @@ CVR_FUNC uint cvr_ctx_distribution(Global tables, CtxTables at, uint static_bits
   return (cvr_read_global(tables, at.rows_at + (row >> 2)) >> (8u * (row & 3u))) & 255u;
 }
 
-// Entries before the newest that a reference means; `in_use` >= 2 entries are in use.
-CVR_FUNC uint cvr_ctx_reference(Words words, Global tables, CtxTables at, uint in_use, CVR_INOUT(CtxStream) stream) {
+// Entries before the newest that a reference means; `in_use` >= 2 of `most` entries are in use.
+CVR_FUNC uint cvr_ctx_reference(Words words, Global tables, CtxTables at, uint in_use, uint most, CVR_INOUT(CtxStream) stream) {
   uint bound = in_use - 1u;
   if (bound < 2u) return 1u;
   uint kind = cvr_ctx_bits_for(bound) - 1u;
@@ -191,7 +215,8 @@ CVR_FUNC uint cvr_ctx_reference(Words words, Global tables, CtxTables at, uint i
   uint left = width == CVR_CTX_WIDE ? CVR_CTX_WIDE_BITS : (width > 0u ? width - 1u : 0u);
   CVR_UNROLL for (uint part = 0u; part < 2u; ++part) {
     uint count = left < CVR_CTX_PROBABILITY_BITS ? left : CVR_CTX_PROBABILITY_BITS;
-    if (count > 0u) {
+    bool possible = part == 0u || most > 1u << CVR_CTX_PROBABILITY_BITS;  // small bricks have no such numbers
+    if (possible && count > 0u) {
       uint rest = CVR_CTX_PROBABILITY_BITS - count;
       uint slot = stream.state & ((1u << CVR_CTX_PROBABILITY_BITS) - 1u);
       value = (value << count) | (slot >> rest);
@@ -214,112 +239,147 @@ struct CtxDecoding {
   uint valid_z;
 };
 
+// The label code at a place of the group's list.
+CVR_FUNC uint cvr_ctx_list_label(Words words, Global volume_labels, CtxGroup group, uint place, uint label_bits) {
+  return cvr_read_global(volume_labels, cvr_ctx_field(words, group.list_at + place * label_bits, label_bits));
+}
+
 CVR_FUNC uint cvr_ctx_label(Words words, Global volume_labels, CtxDecoding d, uint entry) {
-  uint place = cvr_ctx_entry(words, d.group, d.brick, entry);
-  return cvr_read_global(volume_labels, cvr_ctx_field(words, d.group.list_at + place * d.tables.label_bits, d.tables.label_bits));
+  return cvr_ctx_list_label(words, volume_labels, d.group, cvr_ctx_entry(words, d.group, d.brick, entry), d.tables.label_bits);
 }
 
 // The child number without the bit of an axis.
 CVR_FUNC uint cvr_ctx_without(uint c, uint axis) { return (c & ((1u << axis) - 1u)) | ((c >> (axis + 1u)) << axis); }
 
-// Decodes one brick: label codes of the nodes of level d.target, in Morton order. It works in place, as cvr_serial_decode does
-// (shaders/shared/csgv_serial.glsl): node n of a level that is k levels above the target keeps its label at n * 8^k and, for k > 0,
-// whether an ancestor or itself carries a stop bit at n * 8^k + 1.
+// The children of an open node n of level l - 1: their labels and, above the target, whether they carry a stop bit.
+CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, uint l, uint n, uint parent,
+                            SerialLimits limits, SerialLimits parent_limits, CVR_INOUT(CtxPalette) palette, CVR_INOUT(CtxStream) stream) {
+  uint shift = 3u * (d.target - l);
+  uint inside = (1u << (3u * (l - 1u))) - 1u;
+  uint below = d.levels - 1u - l;
+  uint depth = (below < 3u ? below : 3u) << 12;
+  // Candidates: children at 1 of an axis have one in common, children at 0 each their own.
+  uint above[3];
+  uint near[12];
+  uint none_above = 0u;
+  uint none_near = 0u;
+  CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+    uint mask = CVR_MORTON_X << a;
+    uint next = cvr_morton_plus(n, a) & inside;
+    bool after = (n & mask) != (mask & inside) && cvr_serial_is_inside(parent_limits, next);
+    bool before = (n & mask) != 0u;
+    none_above |= after ? 0u : 1u << a;
+    none_near |= before ? 0u : 1u << a;
+    above[a] = parent;
+    if (after) above[a] = cvr_load(labels, next << (shift + 3u));
+    CVR_UNROLL for (uint j = 0u; j < 4u; ++j) {
+      uint c = (j & ((1u << a) - 1u)) | ((j >> a) << (a + 1u));
+      near[4u * a + j] = parent;
+      if (before) near[4u * a + j] = cvr_load(labels, cvr_morton_minus(8u * n + c, a) << shift);
+    }
+  }
+  uint other = 0u;  // children that do not have the parent's label
+  uint newest = 0u;
+  CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
+    uint child = 8u * n + c;
+    uint label = parent;
+    uint stop = 0u;
+    if (cvr_serial_is_inside(limits, child)) {
+      uint candidates[3];
+      CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+        candidates[a] = ((c >> a) & 1u) == 1u ? above[a] : near[4u * a + cvr_ctx_without(c, a)];
+      }
+      uint static_bits = (c << 9) | depth;
+      uint dynamic_bits = 0u;
+      CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+        bool high = ((c >> a) & 1u) == 1u;
+        bool differs = candidates[a] != parent;
+        uint none = ((high ? none_above : none_near) >> a) & 1u;
+        uint across = high ? near[4u * a + cvr_ctx_without(c, a)] : above[a];
+        static_bits |= (differs ? 1u : 0u) << a;
+        static_bits |= (differs ? (candidates[a] == candidates[(a + 1u) % 3u] ? 1u : 0u) : none) << (3u + a);
+        static_bits |= (across != parent ? 1u : 0u) << (6u + a);
+        dynamic_bits |= (other != 0u && candidates[a] == newest ? 1u : 0u) << (7u + a);
+      }
+      CVR_UNROLL for (uint k = 1u; k < 8u; ++k) {
+        if ((c ^ k) < c) dynamic_bits |= ((other >> (c ^ k)) & 1u) << (k - 1u);
+      }
+      bool known = palette.last == parent || palette.last == candidates[0] || palette.last == candidates[1] || palette.last == candidates[2];
+      dynamic_bits |= (other != 0u && newest == palette.last ? 1u : 0u) << 10;
+      dynamic_bits |= (known ? 1u : 0u) << 11;
+      dynamic_bits |= (palette.in_use == d.brick.labels ? 1u : 0u) << 12;
+      dynamic_bits |= (palette.in_use == 1u ? 1u : 0u) << 13;
+      uint symbol = cvr_ctx_symbol(words, tables, d.tables, cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
+      uint operation = symbol & 7u;
+      stop = symbol >> 3;
+      label = operation == CVR_OP_NEIGHBOUR_X ? candidates[0] : label;
+      label = operation == CVR_OP_NEIGHBOUR_Y ? candidates[1] : label;
+      label = operation == CVR_OP_NEIGHBOUR_Z ? candidates[2] : label;
+      if (operation >= CVR_OP_ADVANCE) {
+        bool advances = operation == CVR_OP_ADVANCE && palette.in_use < d.brick.labels;
+        uint back = 0u;
+        if (operation == CVR_OP_DELTA && palette.in_use >= 2u) {
+          back = cvr_ctx_reference(words, tables, d.tables, palette.in_use, 1u << (3u * (d.levels - 1u)), stream);
+        }
+        label = palette.last;
+        if (operation == CVR_OP_DELTA || advances) {
+          uint from_newest = back < palette.in_use ? palette.in_use - 1u - back : 0u;
+          label = cvr_ctx_label(words, volume_labels, d, advances ? palette.in_use : from_newest);
+        }
+        palette.last = advances ? label : palette.last;
+        palette.in_use += advances ? 1u : 0u;
+      }
+      if (label != parent) {
+        other |= 1u << c;
+        newest = label;
+      }
+    }
+    cvr_store(labels, child << shift, label);
+    if (shift > 0u) cvr_store(labels, (child << shift) + 1u, stop);
+  }
+}
+
+// Decodes one brick: label codes of the nodes of level d.target, in Morton order. It works in place: node n of a level that is k levels
+// above the target keeps its label at n * 8^k and, for k > 0, whether an ancestor or itself carries a stop bit at n * 8^k + 1.
+// Each level takes two sweeps. The first, backwards, hands the labels of stopped nodes down and puts at n * 8^k + 1 of an open node which open
+// node comes next; the second goes along the open nodes. So invocations that decode bricks side by side do not wait for each other at every node.
 CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels) {
-  uint last = cvr_ctx_label(words, volume_labels, d, 0u);
-  bool constant = d.brick.labels == 1u;
-  cvr_store(labels, 0u, last);
-  if (d.target > 0u) cvr_store(labels, 1u, constant ? 1u : 0u);
+  CtxPalette palette;
+  palette.last = cvr_ctx_label(words, volume_labels, d, 0u);
+  palette.in_use = 1u;
+  cvr_store(labels, 0u, palette.last);
+  if (d.target > 0u) cvr_store(labels, 1u, d.brick.labels == 1u ? 1u : 0u);
   CtxStream stream = cvr_ctx_begin(words, d.brick.stream_at, d.brick.bytes);
-  uint in_use = 1u;
   for (uint l = 1u; l <= d.target; ++l) {
     uint shift = 3u * (d.target - l);
-    uint inside = (1u << (3u * (l - 1u))) - 1u;
+    uint count = 1u << (3u * (l - 1u));
     uint below = d.levels - 1u - l;
-    uint depth = (below < 3u ? below : 3u) << 12;
     SerialLimits limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below);
     SerialLimits parent_limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below + 1u);
-    for (uint n = 0u; n <= inside; ++n) {
-      uint at = n << (shift + 3u);
-      uint parent = cvr_load(labels, at);
-      bool stopped = cvr_load(labels, at + 1u) != 0u || !cvr_serial_is_inside(parent_limits, n);
-      // Candidates: children at 1 of an axis have one in common, children at 0 each their own.
-      uint above[3];
-      uint near[12];
-      uint none_above = 0u;
-      uint none_near = 0u;
-      CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
-        uint mask = CVR_MORTON_X << a;
-        uint next = cvr_morton_plus(n, a) & inside;
-        bool after = (n & mask) != (mask & inside) && cvr_serial_is_inside(parent_limits, next);
-        bool before = (n & mask) != 0u;
-        none_above |= after ? 0u : 1u << a;
-        none_near |= before ? 0u : 1u << a;
-        above[a] = parent;
-        if (after && !stopped) above[a] = cvr_load(labels, next << (shift + 3u));
-        CVR_UNROLL for (uint j = 0u; j < 4u; ++j) {
-          uint c = (j & ((1u << a) - 1u)) | ((j >> a) << (a + 1u));
-          near[4u * a + j] = parent;
-          if (before && !stopped) near[4u * a + j] = cvr_load(labels, cvr_morton_minus(8u * n + c, a) << shift);
-        }
-      }
-      uint other = 0u;  // children that do not have the parent's label
-      uint newest = 0u;
-      CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
-        uint child = 8u * n + c;
-        uint label = parent;
-        uint stop = stopped ? 1u : 0u;
-        if (!stopped && cvr_serial_is_inside(limits, child)) {
-          uint candidates[3];
-          CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
-            candidates[a] = ((c >> a) & 1u) == 1u ? above[a] : near[4u * a + cvr_ctx_without(c, a)];
-          }
-          uint static_bits = (c << 9) | depth;
-          uint dynamic_bits = 0u;
-          CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
-            bool high = ((c >> a) & 1u) == 1u;
-            bool differs = candidates[a] != parent;
-            uint none = ((high ? none_above : none_near) >> a) & 1u;
-            uint across = high ? near[4u * a + cvr_ctx_without(c, a)] : above[a];
-            static_bits |= (differs ? 1u : 0u) << a;
-            static_bits |= (differs ? (candidates[a] == candidates[(a + 1u) % 3u] ? 1u : 0u) : none) << (3u + a);
-            static_bits |= (across != parent ? 1u : 0u) << (6u + a);
-            dynamic_bits |= (other != 0u && candidates[a] == newest ? 1u : 0u) << (7u + a);
-          }
-          CVR_UNROLL for (uint k = 1u; k < 8u; ++k) {
-            if ((c ^ k) < c) dynamic_bits |= ((other >> (c ^ k)) & 1u) << (k - 1u);
-          }
-          bool known = last == parent || last == candidates[0] || last == candidates[1] || last == candidates[2];
-          dynamic_bits |= (other != 0u && newest == last ? 1u : 0u) << 10;
-          dynamic_bits |= (known ? 1u : 0u) << 11;
-          dynamic_bits |= (in_use == d.brick.labels ? 1u : 0u) << 12;
-          dynamic_bits |= (in_use == 1u ? 1u : 0u) << 13;
-          uint symbol = cvr_ctx_symbol(words, tables, d.tables, cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
-          uint operation = symbol & 7u;
-          stop = symbol >> 3;
-          label = operation == CVR_OP_NEIGHBOUR_X ? candidates[0] : label;
-          label = operation == CVR_OP_NEIGHBOUR_Y ? candidates[1] : label;
-          label = operation == CVR_OP_NEIGHBOUR_Z ? candidates[2] : label;
-          if (operation >= CVR_OP_ADVANCE) {
-            if (operation == CVR_OP_DELTA) {
-              uint back = in_use < 2u ? 0u : cvr_ctx_reference(words, tables, d.tables, in_use, stream);
-              label = cvr_ctx_label(words, volume_labels, d, back < in_use ? in_use - 1u - back : 0u);
-            } else {
-              if (operation == CVR_OP_ADVANCE && in_use < d.brick.labels) {
-                last = cvr_ctx_label(words, volume_labels, d, in_use);
-                in_use += 1u;
-              }
-              label = last;
+    uint open = count;
+    for (uint i = (count + 1u) >> 1; i > 0u; --i) {
+      CVR_UNROLL for (uint k = 1u; k <= 2u; ++k) {
+        uint n = 2u * i - k;
+        uint at = n << (shift + 3u);
+        if (n < count) {
+          uint label = cvr_load(labels, at);
+          if (cvr_load(labels, at + 1u) == 0u && cvr_serial_is_inside(parent_limits, n)) {
+            cvr_store(labels, at + 1u, open);
+            open = n;
+          } else {
+            CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
+              cvr_store(labels, at + (c << shift), label);
+              if (shift > 0u) cvr_store(labels, at + (c << shift) + 1u, 1u);
             }
           }
-          if (label != parent) {
-            other |= 1u << c;
-            newest = label;
-          }
         }
-        cvr_store(labels, child << shift, label);
-        if (shift > 0u) cvr_store(labels, (child << shift) + 1u, stop);
       }
+    }
+    for (uint n = open; n < count;) {
+      uint at = n << (shift + 3u);
+      uint next = cvr_load(labels, at + 1u);
+      cvr_ctx_block(words, volume_labels, tables, d, labels, l, n, cvr_load(labels, at), limits, parent_limits, palette, stream);
+      n = next;
     }
   }
 }
