@@ -169,9 +169,8 @@ CVR_FUNC uint cvr_symbols_next(Words words, bool stop_bits, CVR_INOUT(SymbolCurs
 struct SymbolCursor {
   bool fine;
   uint next;        // block, among the coarse or the fine ones
-  uint child;       // of the block that has been read
-  uint operations;  // of its children
-  uint open;        // its open children; the finest level: all
+  uint operations;  // of the children of the last block that are left
+  uint open;        // which of them are open; the finest level: all
   uint at;          // bit of the next code
   uint labels_at;   // bit behind the next label of the run
   uint index;       // of the last label, in the dictionary
@@ -181,7 +180,6 @@ CVR_FUNC SymbolCursor cvr_symbols_begin(bool fine) {
   SymbolCursor cursor;
   cursor.fine = fine;
   cursor.next = 0u;
-  cursor.child = 8u;
   cursor.operations = 0u;
   cursor.open = 255u;
   cursor.at = 0u;
@@ -190,25 +188,27 @@ CVR_FUNC SymbolCursor cvr_symbols_begin(bool fine) {
   return cursor;
 }
 
-CVR_FUNC uint cvr_symbols_next(Words words, Global tables, CsgvrcBrick brick, CVR_INOUT(SymbolCursor) cursor) {
-  if (cursor.child == 8u) {
-    if ((cursor.next & (CVR_C_RUN - 1u)) == 0u) {
-      CsgvrcRuns runs = cvr_c_runs(brick, cursor.fine);
-      cursor.at = cvr_c_run_begin(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
-      cursor.labels_at = cvr_c_run_end(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
-    }
-    cursor.operations = cvr_c_operations(words, tables, cursor.fine, cursor.at);
-    if (!cursor.fine) cursor.open = cvr_c_mask(words, brick, cursor.next);
-    cursor.child = 0u;
-    cursor.next += 1u;
+// Reads the next block, of which all symbols are taken before the one after it is read.
+CVR_FUNC void cvr_symbols_block(Words words, Global tables, CsgvrcBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+  if ((cursor.next & (CVR_C_RUN - 1u)) == 0u) {
+    CsgvrcRuns runs = cvr_c_runs(brick, cursor.fine);
+    cursor.at = cvr_c_run_begin(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
+    cursor.labels_at = cvr_c_run_end(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
   }
-  uint operation = (cursor.operations >> (3u * cursor.child)) & 7u;
+  cursor.operations = cvr_c_operations(words, tables, cursor.fine, cursor.at);
+  if (!cursor.fine) cursor.open = cvr_c_mask(words, brick, cursor.next);
+  cursor.next += 1u;
+}
+
+CVR_FUNC uint cvr_symbols_next(Words words, CsgvrcBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+  uint operation = cursor.operations & 7u;
   if (operation == CVR_OP_ADVANCE) {
     cursor.labels_at -= brick.index_bits;
     cursor.index = cvr_c_bits(words, cursor.labels_at, brick.index_bits);
   }
-  uint stop = ((cursor.open >> cursor.child) & 1u) ^ 1u;
-  cursor.child += 1u;
+  uint stop = (cursor.open & 1u) ^ 1u;
+  cursor.operations >>= 3;
+  cursor.open = (cursor.open >> 1) | 128u;
   return operation | (stop << 3);
 }
 
@@ -218,7 +218,7 @@ CVR_FUNC uint cvr_symbols_next(Words words, Global tables, CsgvrcBrick brick, CV
 #if defined(CVR_SERIAL_CSGVR_C)
 #define CVR_SERIAL_MEMORY Words words, Global tables
 #define CVR_SERIAL_ARGUMENTS words, tables
-#define CVR_NEXT_SYMBOL cvr_symbols_next(words, tables, brick.opened, cursor)
+#define CVR_NEXT_SYMBOL cvr_symbols_next(words, brick.opened, cursor)
 #elif defined(CVR_SERIAL_RANS)
 #define CVR_SERIAL_MEMORY Words words, Global tables
 #define CVR_SERIAL_ARGUMENTS words, tables
@@ -291,6 +291,9 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
       uint at = n << (shift + 3u);
       uint parent_label = cvr_load(labels, at);
       uint parent_stop = cvr_load(labels, at + 1u);
+#ifdef CVR_SERIAL_CSGVR_C
+      if (parent_stop == 0u) cvr_symbols_block(words, tables, brick.opened, cursor);
+#endif
       CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
         uint child = 8u * n + c;
         uint label = parent_label;
