@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "gpu/caches/brick_cache.hpp"
 #include "gpu/kernels.hpp"
@@ -52,7 +53,8 @@ volumes::Expected<void> BrickCache::make_buffers() {
                 {state_, std::uint64_t{bricks_} * 12, "brick states"},
                 {control_, CVR_CONTROL_WORDS * 4, "brick cache control"},
                 {stacks_, std::uint64_t{bricks_} * 4 * setting_.encoding.levels, "free regions"},
-                {list_, std::uint64_t{bricks_} * 4, "bricks to decode"}};
+                {list_, std::uint64_t{bricks_} * 4, "bricks to decode"},
+                {roots_, std::uint64_t{bricks_} * 4, "coarsest labels"}};
   for (const auto& piece : pieces) {
     auto buffer = DeviceBuffer::make(setting_.device, piece.bytes, piece.use);
     if (!buffer) return tl::unexpected(buffer.error());
@@ -67,6 +69,10 @@ void BrickCache::make_kernels() {
                                         management_kernel(setting_, "provision", "shaders/caches/brick_provision.comp"));
   assign_ = std::make_unique<Kernel>(device, setting_.commands,
                                      management_kernel(setting_, "assign", "shaders/caches/brick_assign.comp"));
+  KernelSource roots = frame_kernel("roots " + setting_.encoding.decoder, setting_.encoding);
+  append_source(roots, setting_.decoder);
+  roots.texts.emplace_back("shaders/caches/brick_roots.comp");
+  find_roots_ = std::make_unique<Kernel>(device, setting_.commands, roots);
   const std::uint32_t width = device.limits().subgroup;
   bricks_a_group_ = decoding_ == BrickDecoding::kSerial ? width : 1;
   const bool sweeps = decoding_ == BrickDecoding::kSerial && setting_.encoding.serial;
@@ -91,8 +97,7 @@ void BrickCache::make_kernels() {
 }
 
 void BrickCache::extend_kernel(KernelSource& source) const {
-  append_source(source, setting_.decoder);
-  source.texts.emplace_back("shaders/caches/brick.glsl");
+  for (const char* text : {"shaders/shared/portable.glsl", "shaders/shared/morton.glsl", "shaders/caches/brick.glsl"}) source.texts.emplace_back(text);
 }
 
 void BrickCache::describe(FrameConstants& frame) const {
@@ -101,6 +106,7 @@ void BrickCache::describe(FrameConstants& frame) const {
   frame.cache[2] = control_.address();
   frame.cache[3] = stacks_.address();
   frame.cache[4] = list_.address();
+  frame.cache[5] = roots_.address();
   frame.cache_sizes[0] = units_;
   frame.cache_sizes[1] = bricks_;
 }
@@ -110,6 +116,8 @@ void BrickCache::clear(Commands& commands, bool everything) {
   commands.fill(state_, 0, state_.bytes(), CVR_NO_LEVEL);
   commands.fill(control_, 0, control_.bytes(), 0);
   relief_ = Relief::kNone;
+  if (std::exchange(roots_found_, true)) return;
+  commands.dispatch(*find_roots_, std::min((bricks_ + kThreads - 1) / kThreads, setting_.device.limits().groups), {});
 }
 
 void BrickCache::record(Commands& commands, std::uint32_t frame) {
@@ -142,7 +150,7 @@ CacheReport BrickCache::report() {
 
 std::vector<MemoryUse> BrickCache::memory() const {
   return {{"cache", cache_.bytes()},
-          {"cache tables", state_.bytes() + control_.bytes() + stacks_.bytes() + list_.bytes()}};
+          {"cache tables", state_.bytes() + control_.bytes() + stacks_.bytes() + list_.bytes() + roots_.bytes()}};
 }
 
 CacheTraits brick_cache() {

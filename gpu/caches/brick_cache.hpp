@@ -1,6 +1,6 @@
 // The brick cache of CSGV (CSGV-R paper, section 4): bricks are decoded whole, a frame after they were first seen.
 //
-// Passes of a frame: provision (compare wishes with what is held), assign (regions), decode. shaders/caches/brick_state.glsl has the layout.
+// Before the first frame the coarsest label of each brick is read, which stands in until the brick is there. Passes of a frame: provision (compare wishes with what is held), assign (regions), decode. shaders/caches/brick_state.glsl has the layout.
 // When bricks find no room, the next frame gives up those that the last one did not want; when that is not enough, the frame
 // after starts from an empty cache, which mends fragmentation.
 #pragma once
@@ -38,8 +38,9 @@ class BrickCache final : public Cache {
   std::uint32_t bricks_ = 0, units_ = 0, bricks_a_group_ = 1;
   std::uint32_t cells_a_part_ = 0;  ///< of a brick, in one dispatch of the decoding pass
   Relief relief_ = Relief::kNone;
-  DeviceBuffer cache_, state_, control_, stacks_, list_;
-  std::unique_ptr<Kernel> provision_, assign_, decode_;
+  bool roots_found_ = false;  ///< they do not depend on the scene
+  DeviceBuffer cache_, state_, control_, stacks_, list_, roots_;
+  std::unique_ptr<Kernel> find_roots_, provision_, assign_, decode_;
 };
 
 }  // namespace cvr::gpu

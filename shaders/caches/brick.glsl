@@ -1,26 +1,25 @@
 // Access through the brick cache. A brick that is not held at the wanted level is asked for, for the next frame; until then the level that
-// is held stands in, or the brick's coarsest label (its first palette entry).
+// is held stands in, or the brick's coarsest label.
 #include "shaders/caches/brick_state.glsl"
 
-#define CVR_LOOKUP_LOOPS CVR_CELL_LOOPS  // a root may be decoded
+#define CVR_LOOKUP_LOOPS 0u
 
 bool cvr_complete = true;
 
 uint cvr_held;       // level held of the current brick
 Labels cvr_labels;   // its codes
-uint cvr_root;       // code of the coarsest level, read when needed
+uint cvr_root;       // code of the coarsest level
 
-void cvr_enter_brick(uvec3 brick, uint index, uint lod) {
+void cvr_enter_brick(uvec3, uint index, uint lod) {
+  cvr_root = CVR_ROOTS.w[index];
   if (lod == CVR_LEVELS - 1u) {
     cvr_held = CVR_NO_LEVEL;
-    cvr_root = cvr_decode_root(brick);
     return;
   }
   Words32 state = Words32(cvr_frame.cache[1]);
   state.w[cvr_wish_address(index)] = cvr_frame.frame << 8 | lod;
   cvr_held = state.w[cvr_level_address(index)];
-  if (cvr_held == CVR_NO_LEVEL) cvr_root = cvr_decode_root(brick);
-  else cvr_labels = cvr_region(state.w[cvr_unit_address(index)]);
+  if (cvr_held != CVR_NO_LEVEL) cvr_labels = cvr_region(state.w[cvr_unit_address(index)]);
   if (cvr_held != lod) {
     cvr_complete = false;
     CVR_COUNT(CVR_COUNT_CACHE_MISSES, 1);
