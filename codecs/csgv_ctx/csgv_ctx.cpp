@@ -303,7 +303,7 @@ const Codec& csgv_ctx_codec() {
                         .default_value = "2",
                         .minimum = 1,
                         .maximum = 64,
-                        .description = "the tables are fitted to every n-th brick an axis (fewer where that is over 2^29 voxels, more where it is under 2^19)"},
+                        .description = "the tables are fitted to every n-th brick an axis (fewer where that is over 2^29 voxels, more where it is under 2^17)"},
                        {.name = "contexts",
                         .type = ParameterType::kText,
                         .default_value = "all",
