@@ -72,37 +72,50 @@ struct Walk {
 };
 
 // Walks until the ray ends, leaves the volume or reaches `reach` (`ao` alone has an end). True if it was suspended: the driver would
-// silently end its loops soon. Cells that the cache knows are passed in an inner loop of their own; those that must be decoded
-// wait until all rays of the subgroup have come to one.
+// silently end its loops soon. Cells that the cache knows are passed in loops of their own, brick after brick; those that must be decoded
+// wait until all rays of the subgroup have come to one or to their end.
 bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
   // Where it ends, cells are cut: a coarse cell may reach beyond the volume.
   int64_t end = min(ray.leave, reach + 1);
+  // Of the brick that the ray is in:
+  uvec3 brick = uvec3(0);
+  uint lod = 0u;
+  bool empty = false;
+  ivec3 cell = ivec3(0);
+  i64vec3 next = i64vec3(0);
+  i64vec3 stride = i64vec3(0);
+  int brick_shift = 0;
+  bool ended = false;
+  bool suspend = false;
+#ifdef CVR_RESOLVE_LOOPS
+  bool known = false;  // the cell's label has just been decoded
+  bool hidden = false;
+  uint decoded = 0u;
   while (true) {
-    uvec3 brick = uvec3(walk.voxel) >> CVR_BRICK_SHIFT;
-    uint index = cvr_brick_number(brick);
-    uint lod = Words32(cvr_frame.bricks).w[index];
-    bool empty = lod == CVR_EMPTY_BRICK;
-    if (empty) {
-      lod = CVR_BRICK_SHIFT;
-    } else {
-      CVR_COUNT(CVR_COUNT_BRICKS_ENTERED, 1);
-      cvr_enter_brick(brick, index, lod);
-    }
-    ivec3 cell = walk.voxel >> lod;
-    i64vec3 next = cvr_times(ray, (cell + max(ray.sense, ivec3(0))) << lod);
-    i64vec3 stride = ray.spacing << lod;
-    int brick_shift = int(CVR_BRICK_SHIFT - lod);
-    ivec3 mask = ivec3(0);
-    bool ended = false;
-    bool suspend = false;
+    bool missing = false;
+#endif
+  while (true) {
     CVR_SPEND_TOGETHER();
 #ifdef CVR_RESOLVE_LOOPS
-    bool known = false;  // the cell's label has just been decoded
-    bool hidden = false;
-    uint decoded = 0u;
-    while (true) {
-      bool missing = false;
+    if (!known)
 #endif
+    {
+      brick = uvec3(walk.voxel) >> CVR_BRICK_SHIFT;
+      uint index = cvr_brick_number(brick);
+      lod = Words32(cvr_frame.bricks).w[index];
+      empty = lod == CVR_EMPTY_BRICK;
+      if (empty) {
+        lod = CVR_BRICK_SHIFT;
+      } else {
+        CVR_COUNT(CVR_COUNT_BRICKS_ENTERED, 1);
+        cvr_enter_brick(brick, index, lod);
+      }
+      cell = walk.voxel >> lod;
+      next = cvr_times(ray, (cell + max(ray.sense, ivec3(0))) << lod);
+      stride = ray.spacing << lod;
+      brick_shift = int(CVR_BRICK_SHIFT - lod);
+    }
+    ivec3 mask = ivec3(0);
     while (true) {
       bool invisible = empty;
       uint code = 0u;
@@ -148,22 +161,26 @@ bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
       suspend = CVR_SPENT_MUCH;
       if (suspend || ((cell >> brick_shift) - ivec3(brick)) * mask != ivec3(0)) break;
     }
+    if (ended) break;
 #ifdef CVR_RESOLVE_LOOPS
-      if (!missing) break;
-      decoded = cvr_resolve(uvec3(cell), lod, brick, hidden);
-      known = true;
-      CVR_SPEND(1u + CVR_RESOLVE_LOOPS);
-    }
+    if (missing) break;
 #endif
-    if (ended) return false;
     // The finest voxel: on the crossed axis beside its plane, on the others by the planes crossed until now.
     ivec3 backwards = ivec3(lessThan(ray.sense, ivec3(0)));
     ivec3 entered = ((cell + backwards) << lod) - backwards;
     ivec3 inside = lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, walk.t, walk.axis), walk.voxel);
     walk.voxel = inside * (1 - mask) + entered * mask;
-    if (suspend) return true;
+    if (suspend) break;
   }
-  return false;
+#ifdef CVR_RESOLVE_LOOPS
+    CVR_SPEND_TOGETHER();
+    if (!missing) break;
+    decoded = cvr_resolve(uvec3(cell), lod, brick, hidden);
+    known = true;
+    CVR_SPEND(1u + CVR_RESOLVE_LOOPS);
+  }
+#endif
+  return suspend;
 }
 
 #if CVR_SHADING != CVR_SHADING_LOCAL
