@@ -22,11 +22,11 @@ struct Sample {
 };
 
 // What a tree's description costs: measured as a whole it is close to this on real volumes.
-constexpr Cost kSplit = bits(5);   ///< the split and its bit
-constexpr Cost kLeaf = bits(8);    ///< the leaf and its distribution
-constexpr Cost kFewestStatic = bits(512); ///< what costs less is not split further
-constexpr Cost kFewestDynamic = bits(48);
-constexpr Cost kSymbol = bits(3);  ///< each further symbol of a leaf, with half the logarithm of its count
+constexpr Cost kSplit = bits(5);           ///< the split and its bit
+constexpr Cost kLeaf = bits(8);            ///< the leaf and its distribution
+constexpr Cost kSymbol = bits(3);          ///< each further symbol of a leaf, with half the logarithm of its count
+constexpr Cost kFewestStatic = bits(512);  ///< what costs less is not split further, by static bits
+constexpr Cost kFewestDynamic = bits(48);  ///< and by dynamic bits
 
 /// Bits that the symbols take with a distribution of their own, and that the distribution takes.
 template <std::size_t N>
@@ -194,6 +194,7 @@ class TreeGrower {
     return add_node({-1, {root, 0}});
   }
 
+  /// A second tree: split as long as that pays at once.
   std::uint32_t split_dynamic(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost& cost) {
     const Cost leaf = cost_of(sum) + kLeaf;
     if (std::popcount(class_bits_) >= static_cast<int>(kMostDynamic)) asked &= class_bits_;

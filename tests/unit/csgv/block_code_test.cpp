@@ -1,6 +1,7 @@
 // The parts of csgvr-c: prefix codes, the two codes of blocks and their tables, groups of bricks that are hard or wrong.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <functional>
@@ -147,6 +148,21 @@ TEST(BlockCode, ReadsWhatItWrites) {
   codecs::ByteReader in(bytes.bytes());
   ASSERT_TRUE(again.read(in));
   EXPECT_EQ(again.tables(), code.tables());
+}
+
+TEST(KeyCounts, NumberKeysAloneOrManyAtOnce) {
+  std::mt19937 random(4);
+  std::vector<std::uint64_t> keys(20000);
+  for (std::uint64_t& key : keys) key = random() % 5000 * 0x100000001u;
+  KeyCounts alone, together;
+  std::vector<std::uint32_t> expected, numbers;
+  for (const std::uint64_t key : keys) expected.push_back(alone.note(key));
+  for (std::size_t i = 0; i < keys.size(); i += 700) together.note(std::span(keys).subspan(i, std::min<std::size_t>(700, keys.size() - i)), numbers);
+  EXPECT_EQ(numbers, expected);
+  for (std::size_t i = 0; i < keys.size(); i += 97) {
+    ASSERT_EQ(together.count(keys[i]), static_cast<std::uint64_t>(std::ranges::count(keys, keys[i])));
+  }
+  EXPECT_EQ(together.count(1), 0u);
 }
 
 TEST(BlockCode, OfNothingHasEscapesAlone) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "codecs/csgv_ctx/label_list.hpp"
@@ -88,6 +89,36 @@ TEST(ContextStreams, TakeWhatTheSymbolsAreWorthAndNothingForWhatIsCertain) {
   }
   encoder.finish(bytes);
   EXPECT_NEAR(static_cast<double>(bytes.size()), worth / 8, 0.001 * worth / 8 + 4);
+}
+
+TEST(ContextStreams, DivideExactly) {
+  std::mt19937 random(4);
+  for (std::uint32_t f = 1; f <= kProbabilitySum; ++f) {
+    for (int i = 0; i < 16; ++i) {
+      const std::uint32_t multiple = random() % (~0u / f) * f;
+      for (const std::uint32_t x : {multiple, multiple + f - 1, ~0u, static_cast<std::uint32_t>(random())}) {
+        ASSERT_EQ(static_cast<std::uint64_t>(static_cast<unsigned __int128>(x) * kReciprocals[f] >> 44), x / f) << x << " by " << f;
+      }
+    }
+  }
+}
+
+TEST(ContextEvents, AreCountedWhateverTheirNumberAndOrder) {
+  std::mt19937 random(5);
+  std::map<Event, std::uint32_t> expected;
+  EventCounts counts, other;
+  std::vector<Event> events;
+  for (std::size_t brick = 0; brick < 700; ++brick) {  // more than are held before they are counted
+    events.resize(random() % 4096);
+    for (Event& event : events) event = random() & 0x8c0403c7u;
+    for (const Event event : events) ++expected[event];
+    (brick % 3 == 0 ? other : counts).add(events);
+  }
+  counts.merge(other);
+  std::vector<std::pair<Event, std::uint32_t>> found;
+  for (const auto& [event, count] : counts.entries()) found.emplace_back(event, count);
+  EXPECT_EQ(found, (std::vector<std::pair<Event, std::uint32_t>>(expected.begin(), expected.end())));
+  EXPECT_TRUE(EventCounts().entries().empty());
 }
 
 TEST(ContextDistributions, SumTo4096AndLeaveNothingPossibleOut) {
