@@ -45,29 +45,28 @@ template <class T>
 void DistinctLabels::add(unsigned worker, std::span<const T> labels) {
   if (labels.empty()) return;
   Worker& own = workers_[worker];
-  if constexpr (sizeof(T) <= 2) {
-    own.seen.resize(std::size_t{1} << (8 * sizeof(T)));
-    for (const T label : labels) own.seen[label] = 1;
-    return;
-  }
-  // Eight bytes of the same label are skipped at once.
-  constexpr std::size_t kAtOnce = 8 / sizeof(T);
-  constexpr std::uint64_t kEach = ~std::uint64_t{0} / static_cast<T>(~T{0});
+  if constexpr (sizeof(T) <= 2) own.seen.resize(std::size_t{1} << (8 * sizeof(T)));
+  const auto note = [&own](T label) {
+    if constexpr (sizeof(T) <= 2) own.seen[label] = 1;
+    else own.note(label);
+  };
+  // Many of the same label are skipped at once.
+  constexpr std::size_t kAtOnce = 128 / sizeof(T);
   T last = labels[0];
-  own.note(last);
+  note(last);
   for (std::size_t i = 0; i < labels.size();) {
-    if (i + kAtOnce <= labels.size()) {
-      std::uint64_t chunk;
-      std::memcpy(&chunk, &labels[i], sizeof chunk);
-      if (chunk == last * kEach) {
-        i += kAtOnce;
-        continue;
-      }
+    const std::size_t count = std::min(kAtOnce, labels.size() - i);
+    const T* here = &labels[i];
+    i += count;
+    if (count == kAtOnce) {
+      T differing = 0;
+      for (std::size_t k = 0; k < kAtOnce; ++k) differing |= static_cast<T>(here[k] ^ last);
+      if (differing == 0) continue;
     }
-    for (const std::size_t end = std::min(i + kAtOnce, labels.size()); i < end; ++i) {
-      if (labels[i] == last) continue;
-      last = labels[i];
-      own.note(last);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (sizeof(T) > 2 && here[k] == last) continue;
+      last = here[k];
+      note(last);
     }
   }
 }
