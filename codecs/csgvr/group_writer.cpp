@@ -47,9 +47,10 @@ class Samples {
 }  // namespace
 
 std::uint32_t KeptGroups::index_of(std::uint32_t label) {
-  const auto [place, added] = indices_.try_emplace(label, static_cast<std::uint32_t>(indices_.size()));
-  if (added) dictionary_.push_back(label);
-  return place->second;
+  const std::size_t known = indices_.entries().size();
+  const std::uint32_t index = indices_.note(label);
+  if (index == known) dictionary_.push_back(label);
+  return index;
 }
 
 void KeptGroups::add(const csgv::LabelGrid& grid) {
@@ -71,7 +72,7 @@ void KeptGroups::add(const csgv::LabelGrid& grid) {
 void KeptGroups::finish_group() {
   const Group before = groups_.empty() ? Group{} : groups_.back();
   groups_.push_back({before.end_brick, bricks_.size(), before.end_entry, dictionary_.size()});
-  indices_.clear();
+  indices_ = {};
 }
 
 void KeptGroups::count_widest(PatternCounts& patterns) const {

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "codecs/csgv/brick_format.hpp"
@@ -54,7 +53,7 @@ class KeptGroups final : public csgv::PackWorkspace {
   std::vector<std::uint8_t> masks_;          ///< open children of the coarse blocks
   std::vector<std::uint32_t> own_labels_;    ///< dictionary indices
   std::vector<std::uint32_t> dictionary_;    ///< of one group after the other
-  std::unordered_map<std::uint32_t, std::uint32_t> indices_;  ///< of labels in the dictionary of the group that is not finished
+  KeyCounts indices_;                        ///< labels in the dictionary of the group that is not finished
 };
 
 /// Writes kept groups, once codes have been chosen.
