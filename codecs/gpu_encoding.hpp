@@ -31,6 +31,7 @@ struct GpuEncoding {
   unsigned levels = 0;                                           ///< log2(brick) + 1
   bool voxel_access = false;  ///< the text decodes single cells
   bool serial = false;        ///< the text decodes whole bricks in one sweep
+  bool together = false;      ///< ... and by the invocations of a subgroup
   /// Words that a subgroup would copy to shared memory for the largest brick; 0: the encoding has no such piece.
   std::uint32_t shared_words = 0;
   /// Iterations of loops, at most or nearly: of one cell, of one brick in one sweep. Some drivers bound them (gpu/vulkan/device.hpp).

@@ -43,6 +43,7 @@ void describe_tables(const ContextModel& model, std::span<const std::uint32_t> l
     for (unsigned s = 0; s < kSymbols; ++s) words.push_back(d.start[s] | std::uint32_t{d.frequency[s]} << 16);
   }
   encoding.decoder = "csgv_ctx";
+  encoding.together = true;
   encoding.constants = {{"CVR_CTX_GROUP_SHIFT", static_cast<std::uint32_t>(std::countr_zero(group))},
                         {"CVR_CTX_LABEL_BITS", label_bits},
                         {"CVR_CTX_ROWS_AT", rows_at},

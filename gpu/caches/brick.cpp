@@ -75,7 +75,8 @@ void BrickCache::make_kernels() {
   find_roots_ = std::make_unique<Kernel>(device, setting_.commands, roots);
   const std::uint32_t width = device.limits().subgroup;
   bricks_a_group_ = decoding_ == BrickDecoding::kSerial ? width : 1;
-  const bool sweeps = decoding_ == BrickDecoding::kSerial && setting_.encoding.serial;
+  const bool together = decoding_ == BrickDecoding::kCooperative && setting_.encoding.together;
+  const bool sweeps = together || (decoding_ == BrickDecoding::kSerial && setting_.encoding.serial);
   const std::uint64_t cells = std::uint64_t{1} << (3 * (setting_.encoding.levels - 1));
   const std::uint64_t invocations = decoding_ == BrickDecoding::kSerial ? 1 : width;
   const std::uint64_t turns = std::max(1u, device.limits().loop_iterations / 2 / (setting_.encoding.cell_loops + 1));
@@ -86,6 +87,7 @@ void BrickCache::make_kernels() {
     decode.definitions.emplace_back("CVR_DECODE_SERIAL", "1");
     if (setting_.encoding.serial) decode.definitions.emplace_back("CVR_HAS_SERIAL", "1");
   }
+  if (together) decode.definitions.emplace_back("CVR_HAS_TOGETHER", "1");
   if (decoding_ == BrickDecoding::kCooperativeShared) {
     decode.definitions.emplace_back("CVR_WORDS_SHARED", "1");
     decode.definitions.emplace_back("CVR_SHARED_WORDS", fmt::format("{}u", setting_.encoding.shared_words));
@@ -153,6 +155,12 @@ std::vector<MemoryUse> BrickCache::memory() const {
           {"cache tables", state_.bytes() + control_.bytes() + stacks_.bytes() + list_.bytes() + roots_.bytes()}};
 }
 
+std::string BrickCache::refuses_sweep(const codecs::GpuEncoding& encoding, const DeviceLimits& limits) {
+  if (encoding.brick_loops <= limits.loop_iterations) return "";
+  return fmt::format("a brick takes up to {} iterations of loops, the driver ends an invocation's loops after {}",
+                     encoding.brick_loops, limits.loop_iterations);
+}
+
 CacheTraits brick_cache() {
   return {.id = "brick",
           .summary = "whole bricks, each decoded by one invocation, a frame late",
@@ -160,9 +168,7 @@ CacheTraits brick_cache() {
           .placeholders = true,
           .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits& limits) -> std::string {
             if (!encoding.serial) return encoding.voxel_access ? "" : "the codec has no decoder for bricks";
-            if (encoding.brick_loops <= limits.loop_iterations) return "";
-            return fmt::format("a brick takes up to {} iterations of loops, the driver ends an invocation's loops after {}",
-                               encoding.brick_loops, limits.loop_iterations);
+            return BrickCache::refuses_sweep(encoding, limits);
           },
           .make = [](const CacheSetting& setting) { return BrickCache::make(setting, BrickDecoding::kSerial); }};
 }

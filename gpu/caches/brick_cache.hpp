@@ -18,6 +18,8 @@ enum class BrickDecoding : std::uint8_t {
 class BrickCache final : public Cache {
  public:
   static volumes::Expected<std::unique_ptr<Cache>> make(const CacheSetting& setting, BrickDecoding decoding);
+  /// Why a device cannot decode bricks in one sweep each; empty if it can.
+  static std::string refuses_sweep(const codecs::GpuEncoding& encoding, const DeviceLimits& limits);
 
   void extend_kernel(KernelSource& source) const override;
   void describe(FrameConstants& frame) const override;

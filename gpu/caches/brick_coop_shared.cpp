@@ -11,7 +11,7 @@ CacheTraits cooperative_shared_brick_cache() {
           .sized = true,
           .placeholders = true,
           .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits& limits) -> std::string {
-            if (!encoding.voxel_access) return "a serial stream has one reader: the codec has no access to single voxels";
+            if (!encoding.voxel_access) return "the codec has no access to single voxels";
             if (encoding.shared_words == 0) return "the codec has no piece of encoding that belongs to one brick";
             const std::uint64_t bytes = std::uint64_t{encoding.shared_words} * 4;
             if (bytes <= limits.shared_memory) return "";

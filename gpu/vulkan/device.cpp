@@ -161,6 +161,10 @@ Candidate examine(VkPhysicalDevice physical, std::uint32_t index) {
     report.rejected.push_back(fmt::format("Vulkan {}, expected 1.3", report.api));
     return candidate;
   }
+  constexpr VkSubgroupFeatureFlags kSubgroups = VK_SUBGROUP_FEATURE_ARITHMETIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+  if ((subgroup.supportedOperations & kSubgroups) != kSubgroups || (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) == 0) {
+    report.rejected.emplace_back("no arithmetic and ballots of subgroups in compute shaders");
+  }
   Features features;
   vkGetPhysicalDeviceFeatures2(physical, &features.core);
   for (const auto& need : features.needs()) {

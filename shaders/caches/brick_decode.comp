@@ -1,13 +1,13 @@
 // Third pass: decodes the listed bricks into their regions.
 //   CVR_DECODE_SERIAL       one invocation a brick, by the codec's serial decoder or, where it has none, cell by cell
-//   CVR_DECODE_COOPERATIVE  one subgroup (= workgroup) a brick, each invocation every n-th cell; with CVR_WORDS_SHARED it copies what is read
-//                           over and over to shared memory first
+//   else                    one subgroup (= workgroup) a brick, by the codec's decoder for subgroups or, where it has none, each invocation
+//                           every n-th cell; with CVR_WORDS_SHARED it copies what is read over and over to shared memory first
 // Where a driver bounds loops, a brick is decoded in parts by several dispatches: cells cvr_push.x to cvr_push.x + cvr_push.y.
 #include "shaders/caches/brick_state.glsl"
 
 layout(local_size_x = CVR_DECODE_WIDTH) in;
 
-#if !defined(CVR_DECODE_SERIAL) || !defined(CVR_HAS_SERIAL)
+#if (defined(CVR_DECODE_SERIAL) && !defined(CVR_HAS_SERIAL)) || (!defined(CVR_DECODE_SERIAL) && !defined(CVR_HAS_TOGETHER))
 void cvr_decode_cells(uvec3 brick, uint lod, Labels labels, uint first, uint stride) {
   uint shift = CVR_BRICK_SHIFT - lod;
   uvec3 cells = (cvr_extent() + ((1u << lod) - 1u)) >> lod;
@@ -56,7 +56,12 @@ void main() {
     for (uint w = gl_LocalInvocationID.x; w < words; w += CVR_DECODE_WIDTH) cvr_shared[w] = cvr_read_global(source, w);
     barrier();
 #endif
-    cvr_decode_cells(brick, lod, cvr_region(state.w[cvr_unit_address(index)]), gl_LocalInvocationID.x, CVR_DECODE_WIDTH);
+    Labels labels = cvr_region(state.w[cvr_unit_address(index)]);
+#ifdef CVR_HAS_TOGETHER
+    cvr_decode_brick_together(brick, lod, labels);
+#else
+    cvr_decode_cells(brick, lod, labels, gl_LocalInvocationID.x, CVR_DECODE_WIDTH);
+#endif
   }
 #endif
 #ifdef CVR_INSTRUMENTED

@@ -24,7 +24,8 @@ CVR_FUNC CtxPlace cvr_ctx_place(uvec3 brick) {
   return place;
 }
 
-CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place) {
+CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place, uvec3 brick, uint lod) {
+  uvec3 extent = cvr_extent();
   CtxDecoding decoding;
   decoding.group = place.group;
   decoding.brick = cvr_ctx_brick(place.words, place.group, place.member);
@@ -33,6 +34,11 @@ CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place) {
   decoding.tables.symbols_at = uint(CVR_CTX_SYMBOLS_AT);
   decoding.tables.numbers = uint(CVR_CTX_NUMBERS);
   decoding.tables.label_bits = uint(CVR_CTX_LABEL_BITS);
+  decoding.levels = uint(CVR_LEVELS);
+  decoding.target = uint(CVR_BRICK_SHIFT) - lod;
+  decoding.valid_x = cvr_brick_valid(brick.x, extent.x, uint(CVR_BRICK_SHIFT));
+  decoding.valid_y = cvr_brick_valid(brick.y, extent.y, uint(CVR_BRICK_SHIFT));
+  decoding.valid_z = cvr_brick_valid(brick.z, extent.z, uint(CVR_BRICK_SHIFT));
   return decoding;
 }
 
@@ -44,7 +50,7 @@ CVR_FUNC uint cvr_decode_root(uvec3 brick) {
 
 CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
   CtxPlace place = cvr_ctx_place(brick);
-  CtxDecoding decoding = cvr_ctx_decoding(place);
+  CtxDecoding decoding = cvr_ctx_decoding(place, brick, 0u);
   for (uint i = part; i < decoding.brick.labels; i += 1u << uint(CVR_BRICK_SHIFT)) {
     if (cvr_code_visible(cvr_ctx_label(place.words, CVR_BUFFER(2), decoding, i))) return true;
   }
@@ -52,13 +58,10 @@ CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
 }
 
 CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
-  uvec3 extent = cvr_extent();
   CtxPlace place = cvr_ctx_place(brick);
-  CtxDecoding decoding = cvr_ctx_decoding(place);
-  decoding.levels = uint(CVR_LEVELS);
-  decoding.target = uint(CVR_BRICK_SHIFT) - lod;
-  decoding.valid_x = cvr_brick_valid(brick.x, extent.x, uint(CVR_BRICK_SHIFT));
-  decoding.valid_y = cvr_brick_valid(brick.y, extent.y, uint(CVR_BRICK_SHIFT));
-  decoding.valid_z = cvr_brick_valid(brick.z, extent.z, uint(CVR_BRICK_SHIFT));
-  cvr_ctx_decode(place.words, CVR_BUFFER(2), CVR_BUFFER(3), decoding, labels);
+  cvr_ctx_decode(place.words, CVR_BUFFER(2), CVR_BUFFER(3), cvr_ctx_decoding(place, brick, lod), labels);
 }
+
+#ifdef CVR_HAS_TOGETHER
+#include "shaders/decode/csgv_ctx_together.glsl"
+#endif

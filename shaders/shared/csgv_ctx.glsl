@@ -248,6 +248,94 @@ CVR_FUNC uint cvr_ctx_label(Words words, Global volume_labels, CtxDecoding d, ui
   return cvr_ctx_list_label(words, volume_labels, d.group, cvr_ctx_entry(words, d.group, d.brick, entry), d.tables.label_bits);
 }
 
+// What is known of a child before its siblings are.
+struct CtxChild {
+  uint candidates[3];
+  uint across[3];  // the candidate of its sibling along each axis
+  uint none;       // mask of the axes along which its own does not exist
+};
+
+// What is known of the siblings that have been decoded.
+struct CtxSiblings {
+  uint other;   // mask of those that do not have the parent's label
+  uint newest;  // label of the last of these
+};
+
+// The labels around the children of node n of level l - 1: `above` of the next node along an axis, `near` of the child that stands before
+// `child`, which lies at 0 of the axis. The parent's where there is none.
+CVR_FUNC uint cvr_ctx_above(Labels labels, uint n, uint axis, uint shift, uint inside, SerialLimits parent_limits, uint parent, CVR_OUT(bool) exists) {
+  uint mask = CVR_MORTON_X << axis;
+  uint next = cvr_morton_plus(n, axis) & inside;
+  exists = (n & mask) != (mask & inside) && cvr_serial_is_inside(parent_limits, next);
+  uint label = parent;
+  if (exists) label = cvr_load(labels, next << (shift + 3u));
+  return label;
+}
+CVR_FUNC uint cvr_ctx_near(Labels labels, uint child, uint axis, uint shift, uint parent) {
+  uint label = parent;
+  if (((child >> 3) & (CVR_MORTON_X << axis)) != 0u) label = cvr_load(labels, cvr_morton_minus(child, axis) << shift);
+  return label;
+}
+
+CVR_FUNC uint cvr_ctx_static_bits(CtxChild child, uint c, uint parent, uint depth) {
+  uint bits = (c << 9) | (depth << 12);
+  CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+    bool differs = child.candidates[a] != parent;
+    bits |= (differs ? 1u : 0u) << a;
+    bits |= (differs ? (child.candidates[a] == child.candidates[(a + 1u) % 3u] ? 1u : 0u) : (child.none >> a) & 1u) << (3u + a);
+    bits |= (child.across[a] != parent ? 1u : 0u) << (6u + a);
+  }
+  return bits;
+}
+
+CVR_FUNC uint cvr_ctx_dynamic_bits(CtxChild child, uint c, uint parent, CtxSiblings siblings, CtxPalette palette, uint entries) {
+  uint bits = 0u;
+  bool known = palette.last == parent;
+  CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
+    bits |= (siblings.other != 0u && child.candidates[a] == siblings.newest ? 1u : 0u) << (7u + a);
+    known = known || palette.last == child.candidates[a];
+  }
+  CVR_UNROLL for (uint k = 1u; k < 8u; ++k) {
+    if ((c ^ k) < c) bits |= ((siblings.other >> (c ^ k)) & 1u) << (k - 1u);
+  }
+  bits |= (siblings.other != 0u && siblings.newest == palette.last ? 1u : 0u) << 10;
+  bits |= (known ? 1u : 0u) << 11;
+  bits |= (palette.in_use == entries ? 1u : 0u) << 12;
+  bits |= (palette.in_use == 1u ? 1u : 0u) << 13;
+  return bits;
+}
+
+// The label of an operation that copies.
+CVR_FUNC uint cvr_ctx_copied(CtxChild child, uint operation, uint parent) {
+  uint label = parent;
+  CVR_UNROLL for (uint a = 0u; a < 3u; ++a) label = operation == CVR_OP_NEIGHBOUR_X + a ? child.candidates[a] : label;
+  return label;
+}
+
+// The label of an operation that asks the palette.
+CVR_FUNC uint cvr_ctx_from_palette(Words words, Global volume_labels, Global tables, CtxDecoding d, uint operation, CVR_INOUT(CtxPalette) palette,
+                                   CVR_INOUT(CtxStream) stream) {
+  bool advances = operation == CVR_OP_ADVANCE && palette.in_use < d.brick.labels;
+  uint back = 0u;
+  if (operation == CVR_OP_DELTA && palette.in_use >= 2u) {
+    back = cvr_ctx_reference(words, tables, d.tables, palette.in_use, 1u << (3u * (d.levels - 1u)), stream);
+  }
+  uint label = palette.last;
+  if (operation == CVR_OP_DELTA || advances) {
+    uint from_newest = back < palette.in_use ? palette.in_use - 1u - back : 0u;
+    label = cvr_ctx_label(words, volume_labels, d, advances ? palette.in_use : from_newest);
+  }
+  palette.last = advances ? label : palette.last;
+  palette.in_use += advances ? 1u : 0u;
+  return label;
+}
+
+// The level of a context: 0 the finest, 3 all from the third above it on.
+CVR_FUNC uint cvr_ctx_depth(CtxDecoding d, uint l) {
+  uint below = d.levels - 1u - l;
+  return below < 3u ? below : 3u;
+}
+
 // The child number without the bit of an axis.
 CVR_FUNC uint cvr_ctx_without(uint c, uint axis) { return (c & ((1u << axis) - 1u)) | ((c >> (axis + 1u)) << axis); }
 
@@ -256,86 +344,58 @@ CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, Ct
                             SerialLimits limits, SerialLimits parent_limits, CVR_INOUT(CtxPalette) palette, CVR_INOUT(CtxStream) stream) {
   uint shift = 3u * (d.target - l);
   uint inside = (1u << (3u * (l - 1u))) - 1u;
-  uint below = d.levels - 1u - l;
-  uint depth = (below < 3u ? below : 3u) << 12;
-  // Candidates: children at 1 of an axis have one in common, children at 0 each their own.
+  // Children at 1 of an axis have one candidate in common, children at 0 each their own.
   uint above[3];
   uint near[12];
   uint none_above = 0u;
-  uint none_near = 0u;
   CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
-    uint mask = CVR_MORTON_X << a;
-    uint next = cvr_morton_plus(n, a) & inside;
-    bool after = (n & mask) != (mask & inside) && cvr_serial_is_inside(parent_limits, next);
-    bool before = (n & mask) != 0u;
-    none_above |= after ? 0u : 1u << a;
-    none_near |= before ? 0u : 1u << a;
-    above[a] = parent;
-    if (after) above[a] = cvr_load(labels, next << (shift + 3u));
+    bool exists;
+    above[a] = cvr_ctx_above(labels, n, a, shift, inside, parent_limits, parent, exists);
+    none_above |= exists ? 0u : 1u << a;
     CVR_UNROLL for (uint j = 0u; j < 4u; ++j) {
       uint c = (j & ((1u << a) - 1u)) | ((j >> a) << (a + 1u));
-      near[4u * a + j] = parent;
-      if (before) near[4u * a + j] = cvr_load(labels, cvr_morton_minus(8u * n + c, a) << shift);
+      near[4u * a + j] = cvr_ctx_near(labels, 8u * n + c, a, shift, parent);
     }
   }
-  uint other = 0u;  // children that do not have the parent's label
-  uint newest = 0u;
+  CtxSiblings siblings;
+  siblings.other = 0u;
+  siblings.newest = 0u;
   CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
-    uint child = 8u * n + c;
     uint label = parent;
     uint stop = 0u;
-    if (cvr_serial_is_inside(limits, child)) {
-      uint candidates[3];
-      CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
-        candidates[a] = ((c >> a) & 1u) == 1u ? above[a] : near[4u * a + cvr_ctx_without(c, a)];
-      }
-      uint static_bits = (c << 9) | depth;
-      uint dynamic_bits = 0u;
+    if (cvr_serial_is_inside(limits, 8u * n + c)) {
+      CtxChild child;
+      child.none = 0u;
       CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
         bool high = ((c >> a) & 1u) == 1u;
-        bool differs = candidates[a] != parent;
-        uint none = ((high ? none_above : none_near) >> a) & 1u;
-        uint across = high ? near[4u * a + cvr_ctx_without(c, a)] : above[a];
-        static_bits |= (differs ? 1u : 0u) << a;
-        static_bits |= (differs ? (candidates[a] == candidates[(a + 1u) % 3u] ? 1u : 0u) : none) << (3u + a);
-        static_bits |= (across != parent ? 1u : 0u) << (6u + a);
-        dynamic_bits |= (other != 0u && candidates[a] == newest ? 1u : 0u) << (7u + a);
+        uint beside = near[4u * a + cvr_ctx_without(c, a)];
+        child.candidates[a] = high ? above[a] : beside;
+        child.across[a] = high ? beside : above[a];
+        child.none |= high ? none_above & (1u << a) : ((n & (CVR_MORTON_X << a)) == 0u ? 1u << a : 0u);
       }
-      CVR_UNROLL for (uint k = 1u; k < 8u; ++k) {
-        if ((c ^ k) < c) dynamic_bits |= ((other >> (c ^ k)) & 1u) << (k - 1u);
-      }
-      bool known = palette.last == parent || palette.last == candidates[0] || palette.last == candidates[1] || palette.last == candidates[2];
-      dynamic_bits |= (other != 0u && newest == palette.last ? 1u : 0u) << 10;
-      dynamic_bits |= (known ? 1u : 0u) << 11;
-      dynamic_bits |= (palette.in_use == d.brick.labels ? 1u : 0u) << 12;
-      dynamic_bits |= (palette.in_use == 1u ? 1u : 0u) << 13;
+      uint static_bits = cvr_ctx_static_bits(child, c, parent, cvr_ctx_depth(d, l));
+      uint dynamic_bits = cvr_ctx_dynamic_bits(child, c, parent, siblings, palette, d.brick.labels);
       uint symbol = cvr_ctx_symbol(words, tables, d.tables, cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
-      uint operation = symbol & 7u;
       stop = symbol >> 3;
-      label = operation == CVR_OP_NEIGHBOUR_X ? candidates[0] : label;
-      label = operation == CVR_OP_NEIGHBOUR_Y ? candidates[1] : label;
-      label = operation == CVR_OP_NEIGHBOUR_Z ? candidates[2] : label;
-      if (operation >= CVR_OP_ADVANCE) {
-        bool advances = operation == CVR_OP_ADVANCE && palette.in_use < d.brick.labels;
-        uint back = 0u;
-        if (operation == CVR_OP_DELTA && palette.in_use >= 2u) {
-          back = cvr_ctx_reference(words, tables, d.tables, palette.in_use, 1u << (3u * (d.levels - 1u)), stream);
-        }
-        label = palette.last;
-        if (operation == CVR_OP_DELTA || advances) {
-          uint from_newest = back < palette.in_use ? palette.in_use - 1u - back : 0u;
-          label = cvr_ctx_label(words, volume_labels, d, advances ? palette.in_use : from_newest);
-        }
-        palette.last = advances ? label : palette.last;
-        palette.in_use += advances ? 1u : 0u;
-      }
+      label = cvr_ctx_copied(child, symbol & 7u, parent);
+      if ((symbol & 7u) >= CVR_OP_ADVANCE) label = cvr_ctx_from_palette(words, volume_labels, tables, d, symbol & 7u, palette, stream);
       if (label != parent) {
-        other |= 1u << c;
-        newest = label;
+        siblings.other |= 1u << c;
+        siblings.newest = label;
       }
     }
-    cvr_store(labels, child << shift, label);
-    if (shift > 0u) cvr_store(labels, (child << shift) + 1u, stop);
+    cvr_store(labels, (8u * n + c) << shift, label);
+    if (shift > 0u) cvr_store(labels, ((8u * n + c) << shift) + 1u, stop);
+  }
+}
+
+// Gives the children of a stopped node its label.
+CVR_FUNC void cvr_ctx_hand_down(Labels labels, uint n, uint shift) {
+  uint at = n << (shift + 3u);
+  uint label = cvr_load(labels, at);
+  CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
+    cvr_store(labels, at + (c << shift), label);
+    if (shift > 0u) cvr_store(labels, at + (c << shift) + 1u, 1u);
   }
 }
 
@@ -362,15 +422,11 @@ CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, C
         uint n = 2u * i - k;
         uint at = n << (shift + 3u);
         if (n < count) {
-          uint label = cvr_load(labels, at);
           if (cvr_load(labels, at + 1u) == 0u && cvr_serial_is_inside(parent_limits, n)) {
             cvr_store(labels, at + 1u, open);
             open = n;
           } else {
-            CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
-              cvr_store(labels, at + (c << shift), label);
-              if (shift > 0u) cvr_store(labels, at + (c << shift) + 1u, 1u);
-            }
+            cvr_ctx_hand_down(labels, n, shift);
           }
         }
       }
