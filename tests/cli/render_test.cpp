@@ -179,7 +179,7 @@ TEST_F(Render, EachRejectedDeviceSaysWhy) {
         outcome.err,
         HasSubstr(
             "no Vulkan device that can draw; device 0 (Old, discrete): Vulkan 1.1.5, expected 1.3; device 1 "
-            "(Bare, discrete): lacks the feature shaderBufferInt64Atomics, "))
+            "(Bare, discrete): no arithmetic and ballots of subgroups in compute shaders, lacks the feature shaderBufferInt64Atomics, "))
         << command;
     EXPECT_THAT(outcome.err, HasSubstr(", no compute queue with timestamps\n")) << command;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << command << ": " << outcome.err;
