@@ -7,52 +7,49 @@ void cvr_ctx_meet() {
   subgroupBarrier();
 }
 
-// Hands the labels of stopped nodes of level l - 1 down and links the open ones; gives the first of these.
-uint cvr_ctx_link(Labels labels, uint count, uint shift, SerialLimits parent_limits) {
+// Hands the labels of stopped nodes down and links the open ones; gives the first of these.
+uint cvr_ctx_link(Labels labels, CtxLevel level) {
   uint lane = gl_SubgroupInvocationID;
   uint lanes = min(gl_SubgroupSize, 32u);
-  uint open = count;
-  for (uint end = (count + lanes - 1u) / lanes; end > 0u; --end) {
+  uint open = level.parents;
+  for (uint end = (level.parents + lanes - 1u) / lanes; end > 0u; --end) {
     uint first = (end - 1u) * lanes;
     uint n = first + lane;
-    uint at = n << (shift + 3u);
-    bool counts = lane < lanes && n < count;
+    bool counts = lane < lanes && n < level.parents;
     bool is_open = false;
-    if (counts) is_open = cvr_load(labels, at + 1u) == 0u && cvr_serial_is_inside(parent_limits, n);
+    if (counts) is_open = cvr_ctx_is_open(labels, level, n);
     uint all = subgroupBallot(is_open).x;
     uint later = all & ~((2u << lane) - 1u);
-    if (is_open) cvr_store(labels, at + 1u, later != 0u ? first + uint(findLSB(later)) : open);
-    else if (counts) cvr_ctx_hand_down(labels, n, shift);
+    if (is_open) cvr_store(labels, (n << (level.shift + 3u)) + 1u, later != 0u ? first + uint(findLSB(later)) : open);
+    else if (counts) cvr_ctx_hand_down(labels, level, n);
     if (all != 0u) open = first + uint(findLSB(all));
   }
   return open;
 }
 
 // As cvr_ctx_block, but all children at once as far as they do not wait for each other.
-void cvr_ctx_block_together(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, uint l, uint n, uint parent,
-                            SerialLimits limits, SerialLimits parent_limits, inout CtxPalette palette, inout CtxStream stream) {
-  uint shift = 3u * (d.target - l);
-  uint inside = (1u << (3u * (l - 1u))) - 1u;
+void cvr_ctx_block_together(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, CtxLevel level, uint n, uint parent,
+                            inout CtxPalette palette, inout CtxStream stream) {
   uint c = gl_SubgroupInvocationID & 7u;
   CtxChild mine;
   mine.none = 0u;
   CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
     bool exists;
-    uint above = cvr_ctx_above(labels, n, a, shift, inside, parent_limits, parent, exists);
-    uint beside = cvr_ctx_near(labels, 8u * n + (c & ~(1u << a)), a, shift, parent);
+    uint above = cvr_ctx_above(labels, level, n, a, parent, exists);
+    uint beside = cvr_ctx_near(labels, level, 8u * n + (c & ~(1u << a)), a, parent);
     bool high = ((c >> a) & 1u) == 1u;
     mine.candidates[a] = high ? above : beside;
     mine.across[a] = high ? beside : above;
     mine.none |= (high ? !exists : (n & (CVR_MORTON_X << a)) == 0u) ? 1u << a : 0u;
   }
-  uint static_bits = cvr_ctx_static_bits(mine, c, parent, cvr_ctx_depth(d, l));
+  uint static_bits = cvr_ctx_static_bits(mine, c, parent, level.depth);
   uint label = parent;
   uint stop = 0u;
   CtxSiblings siblings;
   siblings.other = 0u;
   siblings.newest = 0u;
   CVR_UNROLL for (uint k = 0u; k < 8u; ++k) {
-    if (cvr_serial_is_inside(limits, 8u * n + k)) {
+    if (cvr_serial_is_inside(level.limits, 8u * n + k)) {
       uint dynamic_bits = cvr_ctx_dynamic_bits(mine, c, parent, siblings, palette, d.brick.labels);
       uint distribution = subgroupBroadcast(cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), k);
       uint symbol = cvr_ctx_symbol(words, tables, d.tables, distribution, stream);
@@ -67,10 +64,7 @@ void cvr_ctx_block_together(Words words, Global volume_labels, Global tables, Ct
     }
   }
   cvr_ctx_meet();  // all have read what is now written over
-  if (gl_SubgroupInvocationID < 8u) {
-    cvr_store(labels, (8u * n + c) << shift, label);
-    if (shift > 0u) cvr_store(labels, ((8u * n + c) << shift) + 1u, stop);
-  }
+  if (gl_SubgroupInvocationID < 8u) cvr_ctx_put(labels, level, 8u * n + c, label, stop);
   cvr_ctx_meet();
 }
 
@@ -88,17 +82,13 @@ void cvr_decode_brick_together(uvec3 brick, uint lod, Labels labels) {
   cvr_ctx_meet();
   CtxStream stream = cvr_ctx_begin(place.words, d.brick.stream_at, d.brick.bytes);
   for (uint l = 1u; l <= d.target; ++l) {
-    uint shift = 3u * (d.target - l);
-    uint count = 1u << (3u * (l - 1u));
-    uint below = d.levels - 1u - l;
-    SerialLimits limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below);
-    SerialLimits parent_limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below + 1u);
-    uint n = cvr_ctx_link(labels, count, shift, parent_limits);
+    CtxLevel level = cvr_ctx_level(d, l);
+    uint n = cvr_ctx_link(labels, level);
     cvr_ctx_meet();
-    while (n < count) {
-      uint at = n << (shift + 3u);
+    while (n < level.parents) {
+      uint at = n << (level.shift + 3u);
       uint next = cvr_load(labels, at + 1u);
-      cvr_ctx_block_together(place.words, CVR_BUFFER(2), CVR_BUFFER(3), d, labels, l, n, cvr_load(labels, at), limits, parent_limits, palette, stream);
+      cvr_ctx_block_together(place.words, CVR_BUFFER(2), CVR_BUFFER(3), d, labels, level, n, cvr_load(labels, at), palette, stream);
       n = next;
     }
   }

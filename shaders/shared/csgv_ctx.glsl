@@ -261,19 +261,40 @@ struct CtxSiblings {
   uint newest;  // label of the last of these
 };
 
-// The labels around the children of node n of level l - 1: `above` of the next node along an axis, `near` of the child that stands before
-// `child`, which lies at 0 of the axis. The parent's where there is none.
-CVR_FUNC uint cvr_ctx_above(Labels labels, uint n, uint axis, uint shift, uint inside, SerialLimits parent_limits, uint parent, CVR_OUT(bool) exists) {
+// A level that is decoded, and its parents' level.
+struct CtxLevel {
+  uint depth;    // of a context: 0 the finest, 3 all from the third above it on
+  uint shift;    // node n keeps its label at n << shift; above the target a stop bit at 1 behind it
+  uint parents;  // nodes of the level above
+  SerialLimits limits;
+  SerialLimits parent_limits;
+};
+
+CVR_FUNC CtxLevel cvr_ctx_level(CtxDecoding d, uint l) {
+  uint below = d.levels - 1u - l;
+  CtxLevel level;
+  level.depth = below < 3u ? below : 3u;
+  level.shift = 3u * (d.target - l);
+  level.parents = 1u << (3u * (l - 1u));
+  level.limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below);
+  level.parent_limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below + 1u);
+  return level;
+}
+
+// The labels around the children of node n: `above` of the next node along an axis, `near` of the child that stands before `child`,
+// which lies at 0 of the axis. The parent's where there is none.
+CVR_FUNC uint cvr_ctx_above(Labels labels, CtxLevel level, uint n, uint axis, uint parent, CVR_OUT(bool) exists) {
   uint mask = CVR_MORTON_X << axis;
+  uint inside = level.parents - 1u;
   uint next = cvr_morton_plus(n, axis) & inside;
-  exists = (n & mask) != (mask & inside) && cvr_serial_is_inside(parent_limits, next);
+  exists = (n & mask) != (mask & inside) && cvr_serial_is_inside(level.parent_limits, next);
   uint label = parent;
-  if (exists) label = cvr_load(labels, next << (shift + 3u));
+  if (exists) label = cvr_load(labels, next << (level.shift + 3u));
   return label;
 }
-CVR_FUNC uint cvr_ctx_near(Labels labels, uint child, uint axis, uint shift, uint parent) {
+CVR_FUNC uint cvr_ctx_near(Labels labels, CtxLevel level, uint child, uint axis, uint parent) {
   uint label = parent;
-  if (((child >> 3) & (CVR_MORTON_X << axis)) != 0u) label = cvr_load(labels, cvr_morton_minus(child, axis) << shift);
+  if (((child >> 3) & (CVR_MORTON_X << axis)) != 0u) label = cvr_load(labels, cvr_morton_minus(child, axis) << level.shift);
   return label;
 }
 
@@ -330,31 +351,29 @@ CVR_FUNC uint cvr_ctx_from_palette(Words words, Global volume_labels, Global tab
   return label;
 }
 
-// The level of a context: 0 the finest, 3 all from the third above it on.
-CVR_FUNC uint cvr_ctx_depth(CtxDecoding d, uint l) {
-  uint below = d.levels - 1u - l;
-  return below < 3u ? below : 3u;
-}
-
 // The child number without the bit of an axis.
 CVR_FUNC uint cvr_ctx_without(uint c, uint axis) { return (c & ((1u << axis) - 1u)) | ((c >> (axis + 1u)) << axis); }
 
-// The children of an open node n of level l - 1: their labels and, above the target, whether they carry a stop bit.
-CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, uint l, uint n, uint parent,
-                            SerialLimits limits, SerialLimits parent_limits, CVR_INOUT(CtxPalette) palette, CVR_INOUT(CtxStream) stream) {
-  uint shift = 3u * (d.target - l);
-  uint inside = (1u << (3u * (l - 1u))) - 1u;
+// Stores the label of a node and, above the target, whether it carries a stop bit.
+CVR_FUNC void cvr_ctx_put(Labels labels, CtxLevel level, uint n, uint label, uint stop) {
+  cvr_store(labels, n << level.shift, label);
+  if (level.shift > 0u) cvr_store(labels, (n << level.shift) + 1u, stop);
+}
+
+// The children of an open node n with the label `parent`.
+CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, CtxLevel level, uint n, uint parent,
+                            CVR_INOUT(CtxPalette) palette, CVR_INOUT(CtxStream) stream) {
   // Children at 1 of an axis have one candidate in common, children at 0 each their own.
   uint above[3];
   uint near[12];
   uint none_above = 0u;
   CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
     bool exists;
-    above[a] = cvr_ctx_above(labels, n, a, shift, inside, parent_limits, parent, exists);
+    above[a] = cvr_ctx_above(labels, level, n, a, parent, exists);
     none_above |= exists ? 0u : 1u << a;
     CVR_UNROLL for (uint j = 0u; j < 4u; ++j) {
       uint c = (j & ((1u << a) - 1u)) | ((j >> a) << (a + 1u));
-      near[4u * a + j] = cvr_ctx_near(labels, 8u * n + c, a, shift, parent);
+      near[4u * a + j] = cvr_ctx_near(labels, level, 8u * n + c, a, parent);
     }
   }
   CtxSiblings siblings;
@@ -363,7 +382,7 @@ CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, Ct
   CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
     uint label = parent;
     uint stop = 0u;
-    if (cvr_serial_is_inside(limits, 8u * n + c)) {
+    if (cvr_serial_is_inside(level.limits, 8u * n + c)) {
       CtxChild child;
       child.none = 0u;
       CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
@@ -373,7 +392,7 @@ CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, Ct
         child.across[a] = high ? beside : above[a];
         child.none |= high ? none_above & (1u << a) : ((n & (CVR_MORTON_X << a)) == 0u ? 1u << a : 0u);
       }
-      uint static_bits = cvr_ctx_static_bits(child, c, parent, cvr_ctx_depth(d, l));
+      uint static_bits = cvr_ctx_static_bits(child, c, parent, level.depth);
       uint dynamic_bits = cvr_ctx_dynamic_bits(child, c, parent, siblings, palette, d.brick.labels);
       uint symbol = cvr_ctx_symbol(words, tables, d.tables, cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
       stop = symbol >> 3;
@@ -384,19 +403,19 @@ CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, Ct
         siblings.newest = label;
       }
     }
-    cvr_store(labels, (8u * n + c) << shift, label);
-    if (shift > 0u) cvr_store(labels, ((8u * n + c) << shift) + 1u, stop);
+    cvr_ctx_put(labels, level, 8u * n + c, label, stop);
   }
 }
 
 // Gives the children of a stopped node its label.
-CVR_FUNC void cvr_ctx_hand_down(Labels labels, uint n, uint shift) {
-  uint at = n << (shift + 3u);
-  uint label = cvr_load(labels, at);
-  CVR_UNROLL for (uint c = 0u; c < 8u; ++c) {
-    cvr_store(labels, at + (c << shift), label);
-    if (shift > 0u) cvr_store(labels, at + (c << shift) + 1u, 1u);
-  }
+CVR_FUNC void cvr_ctx_hand_down(Labels labels, CtxLevel level, uint n) {
+  uint label = cvr_load(labels, n << (level.shift + 3u));
+  CVR_UNROLL for (uint c = 0u; c < 8u; ++c) cvr_ctx_put(labels, level, 8u * n + c, label, 1u);
+}
+
+// Whether a node of the level above has children of its own in the stream.
+CVR_FUNC bool cvr_ctx_is_open(Labels labels, CtxLevel level, uint n) {
+  return cvr_load(labels, (n << (level.shift + 3u)) + 1u) == 0u && cvr_serial_is_inside(level.parent_limits, n);
 }
 
 // Decodes one brick: label codes of the nodes of level d.target, in Morton order. It works in place: node n of a level that is k levels
@@ -411,30 +430,25 @@ CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, C
   if (d.target > 0u) cvr_store(labels, 1u, d.brick.labels == 1u ? 1u : 0u);
   CtxStream stream = cvr_ctx_begin(words, d.brick.stream_at, d.brick.bytes);
   for (uint l = 1u; l <= d.target; ++l) {
-    uint shift = 3u * (d.target - l);
-    uint count = 1u << (3u * (l - 1u));
-    uint below = d.levels - 1u - l;
-    SerialLimits limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below);
-    SerialLimits parent_limits = cvr_serial_limits(d.valid_x, d.valid_y, d.valid_z, below + 1u);
-    uint open = count;
-    for (uint i = (count + 1u) >> 1; i > 0u; --i) {
+    CtxLevel level = cvr_ctx_level(d, l);
+    uint open = level.parents;
+    for (uint i = (level.parents + 1u) >> 1; i > 0u; --i) {
       CVR_UNROLL for (uint k = 1u; k <= 2u; ++k) {
         uint n = 2u * i - k;
-        uint at = n << (shift + 3u);
-        if (n < count) {
-          if (cvr_load(labels, at + 1u) == 0u && cvr_serial_is_inside(parent_limits, n)) {
-            cvr_store(labels, at + 1u, open);
+        if (n < level.parents) {
+          if (cvr_ctx_is_open(labels, level, n)) {
+            cvr_store(labels, (n << (level.shift + 3u)) + 1u, open);
             open = n;
           } else {
-            cvr_ctx_hand_down(labels, n, shift);
+            cvr_ctx_hand_down(labels, level, n);
           }
         }
       }
     }
-    for (uint n = open; n < count;) {
-      uint at = n << (shift + 3u);
+    for (uint n = open; n < level.parents;) {
+      uint at = n << (level.shift + 3u);
       uint next = cvr_load(labels, at + 1u);
-      cvr_ctx_block(words, volume_labels, tables, d, labels, l, n, cvr_load(labels, at), limits, parent_limits, palette, stream);
+      cvr_ctx_block(words, volume_labels, tables, d, labels, level, n, cvr_load(labels, at), palette, stream);
       n = next;
     }
   }
