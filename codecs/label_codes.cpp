@@ -1,8 +1,6 @@
 #include "codecs/label_codes.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 
 #include "volumes/parallel.hpp"
 
