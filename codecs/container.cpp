@@ -13,8 +13,14 @@ namespace cvr::codecs {
 namespace {
 
 constexpr std::string_view kMagic = "CVRBENCH";
-/// A series has a version of its own, so that a single volume's bytes are what they were before there were series.
-constexpr std::uint32_t kVolumeVersion = 1, kSeriesVersion = 2;
+/// What a volume rarely has takes a version of its own, so that the bytes of all others are what they were before.
+constexpr std::uint32_t kVolumeVersion = 1, kSeriesVersion = 2, kPlacedVersion = 3;
+
+std::uint32_t version_for(const VolumeInfo& info) {
+  if (std::ranges::any_of(info.offset, [](double o) { return o != 0; })) return kPlacedVersion;
+  return info.time_steps > 1 ? kSeriesVersion : kVolumeVersion;
+}
+
 constexpr std::size_t kAlignment = 8;  // of header and payload: decoders read words in place
 constexpr std::size_t kHeaderHashOffset = 32;
 constexpr std::size_t kFixedHeaderBytes = 96;
@@ -33,7 +39,8 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
   const Buffer& payload = encoded.bytes;
   ByteWriter out;
   out.text(kMagic);
-  out.put(info.time_steps > 1 ? kSeriesVersion : kVolumeVersion);
+  const std::uint32_t version = version_for(info);
+  out.put(version);
   const std::size_t size_at = out.size();
   out.put(std::uint32_t{0});
   out.put(static_cast<std::uint64_t>(payload.size()));
@@ -45,7 +52,10 @@ Buffer make_header(const Codec& codec, const VolumeInfo& info, const Parameters&
   out.put(std::uint16_t{0});
   for (const std::uint64_t n : {info.extent.x, info.extent.y, info.extent.z}) out.put(n);
   for (const double size : info.voxel_size) out.put(size);
-  if (info.time_steps > 1) out.put(info.time_steps);
+  if (version >= kSeriesVersion) out.put(info.time_steps);
+  if (version >= kPlacedVersion) {
+    for (const double offset : info.offset) out.put(offset);
+  }
   const std::string canonical = parameters.canonical();
   for (const std::string_view text : {codec.traits().id, std::string_view(canonical), std::string_view(info.voxel_unit)}) {
     out.put(narrow<std::uint16_t>(text.size()));
@@ -123,9 +133,9 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   }
   if (in.text(kMagic.size()) != kMagic) return fail(ErrorCode::kMalformed, "offset 0: expected the magic 'CVRBENCH'");
   const auto container_version = in.get<std::uint32_t>();
-  if (container_version != kVolumeVersion && container_version != kSeriesVersion) {
-    return fail(ErrorCode::kUnsupported, fmt::format("offset 8: expected container version {} or {}, found {}", kVolumeVersion,
-                                                     kSeriesVersion, container_version));
+  if (container_version < kVolumeVersion || container_version > kPlacedVersion) {
+    return fail(ErrorCode::kUnsupported, fmt::format("offset 8: expected container version {} to {}, found {}", kVolumeVersion,
+                                                     kPlacedVersion, container_version));
   }
   const auto header_size = in.get<std::uint32_t>();
   const auto payload_size = in.get<std::uint64_t>();
@@ -152,9 +162,16 @@ Expected<OpenedFile> open_file(std::span<const std::byte> bytes) {
   VolumeInfo info;
   info.extent = {in.get<std::uint64_t>(), in.get<std::uint64_t>(), in.get<std::uint64_t>()};
   for (double& size : info.voxel_size) size = in.get<double>();
-  if (container_version == kSeriesVersion) {
+  if (container_version >= kSeriesVersion) {
     info.time_steps = in.get<std::uint64_t>();
-    if (info.time_steps < 2) return fail(ErrorCode::kMalformed, fmt::format("offset 96: expected 2 or more time steps, found {}", info.time_steps));
+    const std::uint64_t least = container_version == kSeriesVersion ? 2 : 1;
+    if (info.time_steps < least)
+      return fail(ErrorCode::kMalformed, fmt::format("offset 96: expected {} or more time steps, found {}", least, info.time_steps));
+  }
+  if (container_version >= kPlacedVersion) {
+    for (double& offset : info.offset) offset = in.get<double>();
+    if (!std::ranges::all_of(info.offset, [](double o) { return std::isfinite(o); }))
+      return fail(ErrorCode::kMalformed, "offset 104: expected a finite offset");
   }
   std::array<std::string, 3> texts;
   for (std::string& text : texts) {

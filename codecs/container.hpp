@@ -2,7 +2,7 @@
 //
 // Layout, little endian, packed:
 //   0   8 bytes  magic "CVRBENCH"
-//   8   u32      container version: 1, of a series 2
+//   8   u32      container version: 1; 2 of a series; 3 of a volume whose offset is not zero
 //   12  u32      header size H in bytes: where the payload starts
 //   16  u64      payload size P; the file is H + P bytes long
 //   24  u64      XXH3-64 of the payload
@@ -11,8 +11,10 @@
 //   44  u8 u8 u16  voxel type, volume kind, zero
 //   48  3 x u64  extent x, y, z
 //   72  3 x f64  voxel size x, y, z
-//       u64      of version 2 alone: time steps, 2 or more, which divide extent z
-//   96  (of version 2: 104) three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up to a multiple of 8
+//       u64      of versions 2 and 3: time steps, of version 2 at least 2, which divide extent z
+//       3 x f64  of version 3: offset x, y, z
+//   96  (of version 2: 104, of version 3: 128) three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up
+//       to a multiple of 8
 //   H-80  u64      published bytes (see Payload)
 //   H-72  9 x u64  the breakdown in the order of ByteClass; the whole header counts as kHeader; sums to H + P
 #pragma once

@@ -1,7 +1,8 @@
-// The two ways in which this project says that something went wrong.
+// The ways in which this project says that something went wrong.
 //
 // Expected<T>: decoders and validators return it, since bad bytes are an ordinary input there.
 // InputError:  readers of files and configurations throw it; its text names file, position and what was expected.
+// OutputError: writers throw it where the machine is at fault, not what was asked for.
 #pragma once
 
 #include <stdexcept>
@@ -35,6 +36,12 @@ inline tl::unexpected<Error> fail(ErrorCode code, std::string message) {
 
 /// A file or a configuration that cannot be read or written. `what()` reads "FILE: POSITION: expected ..., found ...".
 class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// An output that cannot be written, whatever its content: no room, no permission, a device that fails. `what()` reads like InputError's.
+class OutputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "volumes/volume.hpp"
 
@@ -28,6 +29,8 @@ class VolumeSource {
   /// All voxels if they lie in memory already, else nullptr.
   virtual const std::byte* data() const { return nullptr; }
   virtual Provenance provenance() const { return {}; }
+  /// The files and folders that the voxels are read from, so that no output replaces one of them; none for memory and generators.
+  virtual std::vector<std::string> files() const { return {}; }
 };
 
 /// A source over voxels that somebody else owns.

@@ -75,6 +75,7 @@ struct VolumeInfo {
   VolumeKind kind = VolumeKind::kLabels;
   std::array<double, 3> voxel_size{1, 1, 1};  ///< along x, y, z, in voxel_unit
   std::string voxel_unit;                     ///< "nm", "um", "mm", ...; empty when unknown
+  std::array<double, 3> offset{0, 0, 0};      ///< where voxel (0, 0, 0) lies, in voxel_unit: voxel i of an axis at offset + i * voxel_size
   std::uint64_t time_steps = 1;               ///< of a series, stacked along z; divides extent.z
 
   /// Of one time step.

@@ -65,6 +65,8 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
     return complain(kExitUsage, fmt::format("{} (see cvrbench{} --help)", error.what(), command));
   } catch (const volumes::InputError& error) {
     return complain(kExitUsage, error.what());
+  } catch (const volumes::OutputError& error) {
+    return complain(kExitEnvironment, error.what());
   } catch (const EnvironmentError& error) {
     return complain(kExitEnvironment, error.what());
   } catch (const gpu::DeviceError& error) {

@@ -34,6 +34,10 @@ void throw_input_error(const std::string& file, std::string_view position, std::
                                expected, found));
 }
 
+void throw_output_error(const std::string& file, std::string_view reason) {
+  throw OutputError(fmt::format("{}: cannot write: {}", file, reason));
+}
+
 Interpretation interpret(const std::string& file, StoredType stored, std::optional<VolumeKind> hint,
                          std::optional<VolumeKind> stated) {
   const bool scalar_by_rule = stored.type == VoxelType::kI16 || stored.type == VoxelType::kF32;

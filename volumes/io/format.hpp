@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "volumes/error.hpp"
+#include "volumes/io/io.hpp"
 #include "volumes/source.hpp"
 
 namespace cvr::volumes {
@@ -34,6 +35,9 @@ struct VolumePath {
 /// Throws InputError "FILE: POSITION: expected EXPECTED, found FOUND"; an empty position is left out.
 [[noreturn]] void throw_input_error(const std::string& file, std::string_view position,
                                     std::string_view expected, std::string_view found);
+
+/// Throws OutputError "FILE: cannot write: REASON".
+[[noreturn]] void throw_output_error(const std::string& file, std::string_view reason);
 
 /// A voxel type as stored; signed integers of 8, 32 and 64 bits carry the unsigned type of their width.
 struct StoredType {
@@ -78,11 +82,11 @@ std::optional<double> metres_of(std::string_view unit);
 /// 512 MiB.
 void for_each_slab(const VolumeSource& source, const std::function<void(std::span<const std::byte>)>& take);
 
-std::unique_ptr<VolumeSource> open_hdf5(const VolumePath& path, std::optional<VolumeKind> kind);
-std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, std::optional<VolumeKind> kind);
-std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, std::optional<VolumeKind> kind);
-std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, std::optional<VolumeKind> kind);
-std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, std::optional<VolumeKind> kind);
+std::unique_ptr<VolumeSource> open_hdf5(const VolumePath& path, const OpenOptions& options);
+std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options);
+std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, const OpenOptions& options);
+std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions& options);
+std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, const OpenOptions& options);
 
 void write_hdf5(const VolumePath& path, const VolumeSource& source);
 void write_nrrd(const VolumePath& path, const VolumeSource& source);

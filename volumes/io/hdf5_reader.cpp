@@ -305,8 +305,8 @@ class Hdf5Source final : public VolumeSource {
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> open_hdf5(const VolumePath& path, std::optional<VolumeKind> kind) {
-  return std::make_unique<Hdf5Source>(path, kind);
+std::unique_ptr<VolumeSource> open_hdf5(const VolumePath& path, const OpenOptions& options) {
+  return std::make_unique<Hdf5Source>(path, options.kind);
 }
 
 }  // namespace cvr::volumes

@@ -20,7 +20,7 @@ struct Format {
       endings;  ///< of the file name; none: the precomputed folder, known by other signs
   bool has_datasets;
   bool has_steps;
-  std::unique_ptr<VolumeSource> (*open)(const VolumePath&, std::optional<VolumeKind>);
+  std::unique_ptr<VolumeSource> (*open)(const VolumePath&, const OpenOptions&);
   void (*write)(const VolumePath&, const VolumeSource&);
 
   bool matches(const std::string& file) const {
@@ -95,9 +95,13 @@ Chosen choose_or_throw(const std::string& path) {
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional<VolumeKind> kind) {
+  return open_volume(path, OpenOptions{.kind = kind, .axes = {}});
+}
+
+std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOptions& options) {
   const Chosen chosen = choose_or_throw(path);
   try {
-    return chosen.format->open(chosen.path, kind);
+    return chosen.format->open(chosen.path, options);
   } catch (const std::filesystem::filesystem_error& error) {
     throw_input_error(path, "", "a readable file or folder", error.what());
   }

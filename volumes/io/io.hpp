@@ -23,12 +23,20 @@
 
 namespace cvr::volumes {
 
-/// Opens a volume file for reading by boxes. `kind` goes before what the file says: the formats that cannot
-/// say it and u8 volumes leave it open. Signed integers become unsigned labels; a negative one is an error
+/// What the caller says of a file; goes before what the file says.
+struct OpenOptions {
+  std::optional<VolumeKind> kind;  ///< the formats that cannot say it and u8 volumes leave it open
+  /// Names of the stored axes in the order in which the format lists them (HDF5: slowest first, the others: x first), each one of
+  /// t z y x c; empty: as the file says, else as the format's rule is.
+  std::string axes;
+  bool allow_external = false;  ///< read files that the volume names outside its own folder
+};
+
+/// Opens a volume file for reading by boxes. Signed integers become unsigned labels; a negative one is an error
 /// when it is read. Throws InputError that names the file, the position (byte offset, header line or
 /// attribute) and what was expected.
-std::unique_ptr<VolumeSource> open_volume(const std::string& path,
-                                          std::optional<VolumeKind> kind = std::nullopt);
+std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOptions& options = {});
+std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional<VolumeKind> kind);
 
 /// Writes a volume from slabs of its source. An existing file or precomputed folder is replaced as a whole,
 /// and only when the new one is complete. Throws InputError, also for what the format cannot hold (NIfTI:

@@ -215,7 +215,7 @@ nifti_1_header make_header(const std::string& file, const VolumeInfo& info) {
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, std::optional<VolumeKind> kind) {
+std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, const OpenOptions& options) {
   MappedFile file(path.file);
   const bool gzip = is_gzip(file.bytes());
   std::array<std::byte, kHeaderBytes> start{};
@@ -229,7 +229,7 @@ std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, std::optional<V
   }
   const Header header = read_header(path.file, start);
   const StoredType stored = stored_type(path.file, header.fields);
-  const Interpretation meaning = interpret(path.file, stored, kind, stated_kind(header.fields, stored));
+  const Interpretation meaning = interpret(path.file, stored, options.kind, stated_kind(header.fields, stored));
   check_scaling(path.file, header.fields);
   const auto size = dimensions(path.file, header.fields);
   const Steps steps = check_steps(path, "dim[4] (byte 48)", header.fields.dim[0] < 4 ? 0 : size[3]);

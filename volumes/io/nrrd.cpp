@@ -61,10 +61,10 @@ void write_voxels(OutputFile& output, const VolumeSource& source, NrrdEncoding e
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, std::optional<VolumeKind> kind) {
+std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options) {
   MappedFile file(path.file);
   const NrrdHeader header = parse_nrrd_header(path.file, file.text());
-  const Interpretation meaning = interpret(path.file, header.type, kind, header.kind);
+  const Interpretation meaning = interpret(path.file, header.type, options.kind, header.kind);
   const Steps steps = check_steps(path, "sizes", header.steps);
   const std::uint64_t stored_steps = std::max<std::uint64_t>(header.steps, 1);
   const Extent whole = check_extent(path.file, "sizes", header.size, stored_steps, meaning.type);

@@ -229,11 +229,11 @@ bool is_precomputed_path(const std::string& path) {
   return fs::is_directory(path, ignored) && locate(path).has_value();
 }
 
-std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, std::optional<VolumeKind> kind) {
+std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, const OpenOptions& options) {
   const auto location = locate(path.file);
   if (!location)
     throw_input_error(path.file, "", "a Neuroglancer precomputed folder", "no file info in it or above it");
-  return std::make_unique<PrecomputedSource>(*location, kind);
+  return std::make_unique<PrecomputedSource>(*location, options.kind);
 }
 
 }  // namespace cvr::volumes

@@ -146,12 +146,12 @@ class Sidecar {
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, std::optional<VolumeKind> kind) {
+std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions& options) {
   MappedFile file(path.file);
   const Sidecar sidecar(sidecar_name(path.file));
   const VoxelType stored = sidecar.type();
   const Interpretation meaning =
-      interpret(path.file, {stored, stored == VoxelType::kI16}, kind, sidecar.kind());
+      interpret(path.file, {stored, stored == VoxelType::kI16}, options.kind, sidecar.kind());
   const std::uint64_t stored_steps = sidecar.steps();
   const Steps steps = check_steps(path, "steps", stored_steps);
   const Extent whole = check_extent(sidecar_name(path.file), "extent", sidecar.extent(),
