@@ -262,6 +262,7 @@ std::vector<YamlValue::Field> simple_fields(Config& config) {
       {"max_rounds", [&](const YamlValue& v) { config.max_rounds = v.integer(1, 1000000); }},
       {"target_interval", [&](const YamlValue& v) { config.target_interval = v.number(1e-6, 1e6); }},
       {"timeout_s", [&](const YamlValue& v) { config.timeout_s = v.number(0.01, 1e7); }},
+      {"together", [&](const YamlValue& v) { config.together = v.integer(1, 1000000); }},
       {"memory_limit_gib", [&](const YamlValue& v) { config.memory_limit_gib = v.number(0.001, 1e6); }},
       {"seed", [&](const YamlValue& v) { config.seed = v.integer(0, UINT64_MAX); }},
       {"device", [&](const YamlValue& v) { config.device = v.text("an index, a name or a type"); }},

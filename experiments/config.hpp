@@ -6,6 +6,8 @@
 //   max_rounds: 3 x rounds
 //   target_interval: 0.05      width of the 95 % interval of the median / median at which a cell is done
 //   timeout_s: 120             of a cell: its check, and all its rounds; a single step that takes longer is killed
+//   together: N                most cells whose rounds are interleaved; default: as many as the memory holds. 1: each cell alone, and its row
+//                              is there before the next begins
 //   memory_limit_gib: 16       of a worker process, beyond the mapped input
 //   seed: 1                    of the order of the rounds and of the points of random access
 //   lods: all | [0, 1]         levels of detail of random access
@@ -22,6 +24,9 @@
 //       shadings: [local, shadow, ao]      default: the scene's own             cache_mib: 256 or a list
 //       lod_bias: 0 or a list  default: the scene's own                         ao_samples: 1 or a list; frames a camera, averaged
 //       size: [W, H]   frames: N           default: the scene's own             brick: 32, of codecs without bricks of their own
+//       path_parts: 4          of the scene's own path so many evenly spaced parts of consecutive frames, `frames` together, so that a short
+//                              run moves as slowly as a long one; default 0: `frames` spread over the whole path
+//       count_path: 0          do not draw the path once more by kernels that count; default 1
 //       jump_frames: 8         frames compared with the truth after a camera jump; default none
 //       held_frames: 5         0 .. 1000 frames of the scene's held view, timed in each round after the path once the picture is exact and
 //                              the cache filled; each is drawn anew as a first frame is; default 0, none
@@ -85,6 +90,7 @@ struct Config {
   double target_interval = 0.05;
   double timeout_s = 120;
   double memory_limit_gib = 16;
+  std::uint64_t together = UINT64_MAX;
   std::uint64_t seed = 1;
   std::vector<unsigned> lods;  ///< empty: all
   std::string device;          ///< of the render stage; empty: the renderer's choice

@@ -24,6 +24,12 @@ double mean_of(std::span<const double> values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
+/// Statistics of ascending milliseconds.
+Row describe_ms(std::span<const double> ms) {
+  return {{"min_ms", ms.front()},        {"mean_ms", mean_of(ms)},       {"median_ms", quantile(ms, 0.5)},
+          {"p95_ms", quantile(ms, 0.95)}, {"p99_ms", quantile(ms, 0.99)}, {"max_ms", ms.back()}};
+}
+
 Row describe_incomplete(std::span<const std::uint64_t> counts) {
   std::vector<double> ascending(counts.begin(), counts.end());
   std::ranges::sort(ascending);
@@ -41,10 +47,9 @@ Row describe_series(const Measured& measured, const std::string& name, const std
   Row row;
   row["count"] = count;
   row["rounds"] = measured.rounds;
-  row["mean_ms"] = mean_of(ms);
-  row["median_ms"] = quantile(ms, 0.5);
-  row["p95_ms"] = quantile(ms, 0.95);
-  row["p99_ms"] = quantile(ms, 0.99);
+  row.update(describe_ms(ms));
+  const auto wall = ascending_ms(std::span(frames->cpu_seconds).subspan(warm));
+  row["wall"] = describe_ms(wall);
   for (const Measured::Series& series : measured.series) {
     if (!series.name.starts_with(passes)) continue;
     const std::size_t later = std::min(warm, series.wall_seconds.size());
@@ -53,7 +58,7 @@ Row describe_series(const Measured& measured, const std::string& name, const std
     row["passes"][series.name.substr(passes.size())] = {{"median_ms", quantile(pass, 0.5)},
                                                         {"mean_ms", mean_of(pass)}};
   }
-  row["host_median_ms"] = quantile(ascending_ms(std::span(frames->cpu_seconds).subspan(warm)), 0.5);
+  row["host_median_ms"] = row["wall"]["median_ms"];
   row["incomplete"] = describe_incomplete(frames->counts);
   row["ms"] = Row::array();
   for (std::size_t at = 0; at < all.size(); at += count) {

@@ -106,6 +106,8 @@ std::vector<YamlValue::Field> RenderAxes::fields() {
          size_ = {read_count(sides[0], 1, kMostSide), read_count(sides[1], 1, kMostSide)};
        }},
       {"frames", [this](const YamlValue& v) { frames_ = read_count(v, 1, kMostFrames); }},
+      {"path_parts", [this](const YamlValue& v) { path_parts_ = read_count(v, 0, kMostFrames); }},
+      {"count_path", [this](const YamlValue& v) { count_path_ = v.integer(0, 1) == 1; }},
       {"brick",
        [this](const YamlValue& v) {
          brick_ = read_count(v, 2, 64);
@@ -156,6 +158,8 @@ RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& acces
   choice.brick = brick_;
   choice.jump_frames = jump_frames_;
   choice.held_frames = held_frames_;
+  choice.path_parts = path_parts_;
+  choice.count_path = count_path_;
   choice.picture_error = picture_error_;
   choice.keep_pictures = keep_pictures_;
   return choice;

@@ -43,7 +43,8 @@ class RenderAxes {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> size_;
   std::optional<std::uint32_t> frames_;
   std::uint32_t brick_ = 32, jump_frames_ = 0, held_frames_ = 0;
-  bool picture_error_ = false, keep_pictures_ = false;
+  std::uint32_t path_parts_ = 0;
+  bool count_path_ = true, picture_error_ = false, keep_pictures_ = false;
 };
 
 }  // namespace cvr::experiments

@@ -25,9 +25,10 @@ std::string cache_text(const RenderChoice& choice) {
 
 std::string RenderChoice::key() const {
   return fmt::format(
-      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}{}{}", scene,
+      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}{}{}{}{}", scene,
       access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
-      jump_frames, held_frames, picture_error ? 1 : 0, step ? fmt::format("|step={}", *step) : "", keep_pictures ? "|pictures=1" : "");
+      jump_frames, held_frames, picture_error ? 1 : 0, step ? fmt::format("|step={}", *step) : "", keep_pictures ? "|pictures=1" : "",
+      path_parts > 0 ? fmt::format("|parts={}", path_parts) : "", count_path ? "" : "|count=0");
 }
 
 std::string RenderChoice::identity() const {
@@ -67,6 +68,8 @@ Row to_row(const RenderChoice& choice) {
   row["cache_mib"] = choice.cache_mib;
   row["size"] = {choice.width, choice.height};
   row["frames"] = choice.frames;
+  if (choice.path_parts > 0) row["path_parts"] = choice.path_parts;
+  if (!choice.count_path) row["count_path"] = false;
   row["lod_bias"] = choice.lod_bias;
   row["ao_samples"] = choice.ao_samples;
   row["brick"] = choice.brick;
@@ -96,6 +99,8 @@ RenderChoice render_choice_from_row(const Row& row) {
   choice.jump_frames = row.at("jump_frames").get<std::uint32_t>();
   choice.held_frames = row.at("held_frames").get<std::uint32_t>();
   if (row.contains("step")) choice.step = row["step"].get<std::uint32_t>();
+  choice.path_parts = row.value("path_parts", 0u);
+  choice.count_path = row.value("count_path", true);
   choice.picture_error = row.at("picture_error").get<bool>();
   choice.keep_pictures = row.at("keep_pictures").get<bool>();
   choice.device = row.at("device").get<std::string>();
@@ -108,6 +113,7 @@ gpu::Scene scene_of(const RenderChoice& choice) {
   scene.width = choice.width;
   scene.height = choice.height;
   scene.frames = choice.frames;
+  scene.path_parts = choice.path_parts;
   scene.lod_bias = choice.lod_bias;
   scene.accumulate = choice.ao_samples;
   return scene;

@@ -29,12 +29,14 @@ struct RenderChoice {
   std::uint64_t cache_mib = 0;  ///< 0 where the mode has no cache
   std::uint32_t width = 0, height = 0;
   std::uint32_t frames = 0;  ///< of the camera path
+  std::uint32_t path_parts = 0;  ///< see gpu::Scene
   double lod_bias = 0;
   std::uint32_t ao_samples = 1;   ///< frames drawn of each camera and averaged
   std::uint32_t brick = 32;       ///< edge of the bricks that the codec has, or is given
   std::uint32_t jump_frames = 0;  ///< frames compared after a camera jump; 0: none
   std::uint32_t held_frames = 0;  ///< timed of the scene's held view, once its cache is filled; 0: none
   std::optional<std::uint32_t> step;  ///< progressive step of a lossy codec that is drawn; none: the whole encoding
+  bool count_path = true;         ///< draw the path once more by kernels that count
   bool picture_error = false;     ///< compare with the picture of level bias 0 and many samples
   bool keep_pictures = false;     ///< leave the held view and its difference to the original's in the results
   std::string device;             ///< as the user names it; empty: the renderer's own choice

@@ -126,6 +126,13 @@ std::span<const Metric> render_metrics() {
        }},
       {"frame_median_ms", "median ms", "median device time of a frame of the path",
        [](L l) { return frame_time(l, "/frames", "median_ms", quantile_of_round<50>); }},
+      {"frame_min_ms", "min ms", "the least device time of a frame of the path",
+       [](L l) { return frame_time(l, "/frames", "min_ms", quantile_of_round<0>); }},
+      {"frame_max_ms", "max ms", "the largest device time of a frame of the path",
+       [](L l) { return frame_time(l, "/frames", "max_ms", quantile_of_round<100>); }},
+      {"frame_wall_ms", "wall ms",
+       "mean wall time of a frame over the camera path, from the end of one wait for the device to the end of the next",
+       [](L l) { return timed(number(l, "/frames/wall/mean_ms", 3), {}); }},
       {"frame_p95_ms", "p95 ms", "95 % of the path's frames take at most this long",
        [](L l) { return frame_time(l, "/frames", "p95_ms", quantile_of_round<95>); }},
       {"frame_p99_ms", "p99 ms", "99 % of the path's frames take at most this long",
@@ -223,7 +230,8 @@ std::span<const Metric> render_metrics() {
 }
 
 const Metric* published_beside(const Metric& metric) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kBeside{{{"frame_ms", "published_frame_ms"},
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kBeside{{{"frame_ms", "published_frame_ms"},
+                                                                                        {"frame_wall_ms", "published_frame_ms"},
                                                                                         {"held_ms", "published_frame_ms"},
                                                                                         {"frame_held_ms", "published_frame_ms"},
                                                                                         {"published_rate", "published"},

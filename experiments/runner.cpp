@@ -190,7 +190,8 @@ class Runner {
     std::vector<std::vector<const PlannedCell*>> groups;
     std::uint64_t used = 0;
     for (const PlannedCell* planned : cells) {
-      if (groups.empty() || (available > 0 && used + planned->expected_memory > available)) {
+      const bool full = available > 0 && used + planned->expected_memory > available;
+      if (groups.empty() || full || groups.back().size() >= config_.together) {
         groups.emplace_back();
         used = 0;
       }
@@ -200,7 +201,7 @@ class Runner {
     for (std::size_t i = 0; i < groups.size() && !interrupted(); ++i) {
       group_text_ = groups.size() == 1
                         ? fmt::format("{} cells", cells.size())
-                        : fmt::format("{} cells, part {} of {}: the memory does not hold all {} at once",
+                        : fmt::format("{} cells, part {} of {}: not all {} at once",
                                       groups[i].size(), i + 1, groups.size(), cells.size());
       run_group(groups[i]);
     }

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "experiments/build_info.hpp"
+#include "experiments/project_folders.hpp"
 #include "experiments/yaml_reader.hpp"
 
 namespace cvr::experiments {
@@ -129,14 +129,15 @@ void read_size(const YamlValue& value, gpu::Scene& scene) {
 /// Keys that are sound one by one may still swing through a bad view between them.
 void check_path(const gpu::Scene& scene, const YamlValue& root) {
   for (std::uint32_t frame = 0; frame < scene.frames; ++frame) {
-    const double part = scene.frames > 1 ? static_cast<double>(frame) / (scene.frames - 1) : 0;
-    if (const auto fault = fault_of(scene.path.at(part)))
+    if (const auto fault = fault_of(scene.camera(frame)))
       root.reject(fmt::format("frame {} of the path: {}", frame, *fault));
   }
 }
 
 std::vector<fs::path> scene_folders() {
-  return {"configs/scenes", fs::path(build_info::kSourceFolder) / "configs" / "scenes"};
+  std::vector<fs::path> folders = project_folders();
+  for (fs::path& folder : folders) folder = (folder / "configs" / "scenes").lexically_normal();
+  return folders;
 }
 
 }  // namespace
@@ -155,7 +156,7 @@ gpu::Scene load_scene(const std::string& path) {
        },
        true},
       {"frames",
-       [&](const YamlValue& v) { scene.frames = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
+       [&](const YamlValue& v) { scene.frames = scene.path_frames = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
       {"held", [&](const YamlValue& v) { held = v; }},
       {"size", [&](const YamlValue& v) { read_size(v, scene); }},
       {"materials",

@@ -2,8 +2,9 @@
 
 namespace cvr::gpu {
 
-volumes::Expected<void> Allocations::make(DeviceBuffer& buffer, std::uint64_t bytes, const std::string& use) {
-  auto made = DeviceBuffer::make(device_, bytes, use);
+volumes::Expected<void> Allocations::make(DeviceBuffer& buffer, std::uint64_t bytes, const std::string& use,
+                                         Residency residency) {
+  auto made = DeviceBuffer::make(device_, bytes, use, residency);
   if (!made) return tl::unexpected(made.error());
   buffer = std::move(*made);
   uses_.push_back({use, buffer.bytes()});

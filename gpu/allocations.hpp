@@ -19,7 +19,8 @@ class Allocations {
  public:
   explicit Allocations(Device& device) : device_(device) {}
   /// Makes `buffer` and notes it. Errors: see DeviceBuffer::make.
-  volumes::Expected<void> make(DeviceBuffer& buffer, std::uint64_t bytes, const std::string& use);
+  volumes::Expected<void> make(DeviceBuffer& buffer, std::uint64_t bytes, const std::string& use,
+                               Residency residency = Residency::kDevice);
   /// Uploads a codec's buffers and keeps them; addresses[i] becomes that of the i-th. The pieces are empty afterwards, so that the host's
   /// copies can go.
   volumes::Expected<void> upload(std::span<codecs::GpuBuffer> pieces, std::uint64_t* addresses);

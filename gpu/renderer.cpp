@@ -90,15 +90,16 @@ Expected<void> Renderer::Impl::upload() {
     std::uint64_t bytes;
     const char* use;
     uint64_t& address;
-  } pieces[] = {{bricks, grid.voxels() * 4, "bricks", frame.bricks},
+    Residency residency = Residency::kDevice;
+  } pieces[] = {{bricks, grid.voxels() * 4, "bricks", frame.bricks, Residency::kShared},
                 {colours, pixels * 16, "image", frame.colours},
                 {labels, pixels * 8, "label image", frame.labels},
                 {counters, CVR_COUNTERS * 8, "counters", frame.counters},
                 {suspended, device.limits().loop_iterations < UINT32_MAX ? pixels * CVR_PIXEL_STATE_BYTES : 0, "suspended rays",
                  frame.suspended},
-                {status, CVR_STATUS_WORDS * 4, "status", frame.status}};
+                {status, CVR_STATUS_WORDS * 4, "status", frame.status, Residency::kShared}};
   for (const auto& piece : pieces) {
-    if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use); !done) return done;
+    if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use, piece.residency); !done) return done;
     piece.address = piece.buffer.address();
   }
   const std::vector<std::byte> zeros(std::max<std::size_t>(pixels * 16, 1));

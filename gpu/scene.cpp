@@ -95,6 +95,14 @@ std::optional<Shading> shading_from_name(std::string_view name) {
   return std::nullopt;
 }
 
+Camera Scene::camera(std::uint32_t n) const {
+  if (path_parts == 0 || frames >= path_frames) return path.at(frames > 1 ? static_cast<double>(n) / (frames - 1) : 0);
+  const std::uint32_t parts = std::min(path_parts, frames), each = (frames + parts - 1) / parts;
+  const std::uint32_t last_start = path_frames - each, part = n / each;
+  const double start = parts > 1 ? std::floor(static_cast<double>(last_start) * part / (parts - 1)) : 0;
+  return path.at((start + n % each) / (path_frames - 1));
+}
+
 Rgba Scene::material(std::uint64_t label) const {
   for (const MaterialRule& rule : materials) {
     if (label < rule.first || label > rule.last || label % rule.modulus != rule.remainder) continue;

@@ -71,7 +71,9 @@ struct TransferPoint {
 struct Scene {
   std::string name, title;
   CameraPath path;
-  std::uint32_t frames = 64;  ///< of the path
+  std::uint32_t path_frames = 64;  ///< of the whole path
+  std::uint32_t frames = 64;       ///< that are drawn
+  std::uint32_t path_parts = 0;    ///< 0: they are spread over the path; n: they are n evenly spaced parts of consecutive frames of it
   std::uint32_t held = 0;     ///< number of the key where the camera stands still when a view is held
   std::uint32_t width = 640, height = 360;
   std::vector<MaterialRule> materials;   ///< of label volumes
@@ -85,6 +87,8 @@ struct Scene {
   std::uint32_t accumulate = 1;   ///< frames drawn of each camera and averaged
   std::array<std::uint8_t, 3> background{255, 255, 255};
 
+  /// The camera of the n-th frame that is drawn.
+  Camera camera(std::uint32_t n) const;
   /// The material of a label under the rules.
   Rgba material(std::uint64_t label) const;
 };

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/build_info.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/project_folders.hpp"
 #include "experiments/worker_process.hpp"
 
 namespace cvr::experiments::cli {
@@ -81,8 +81,7 @@ std::string find_catalogue(const std::string& given, const std::string& config_p
     const fs::path folder = fs::absolute(config_path).parent_path();
     places = {folder / "datasets", folder.parent_path() / "datasets"};
   }
-  places.emplace_back("configs/datasets");
-  places.push_back(fs::path(build_info::kSourceFolder) / "configs" / "datasets");
+  for (const fs::path& folder : project_folders()) places.push_back((folder / "configs" / "datasets").lexically_normal());
   std::error_code error;
   for (const fs::path& place : places) {
     if (fs::is_directory(place, error)) return place.string();

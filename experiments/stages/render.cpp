@@ -35,32 +35,14 @@ constexpr std::uint32_t kCheckedSamples =
 constexpr double kNearTiesAllowed = 1e-5;  ///< of the pixels
 constexpr double kOtherColoursAllowed =
     1e-4;  ///< of the pixels: secondary rays have near-ties that nobody looks for
-constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
 constexpr std::uint32_t kFillingFrames = 2;
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
-
-std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
-  std::uint64_t count = 0;
-  for (std::size_t pixel = 0; pixel < a.pixels(); ++pixel) {
-    bool other = false;
-    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i)
-      other = other || std::abs(a.colour[i] - b.colour[i]) > kOtherColour;
-    count += other ? 1 : 0;
-  }
-  return count;
-}
 
 /// One pixel may always differ: of a small picture it is more than its share.
 std::uint64_t allowed(double share, std::uint64_t pixels) {
   return 1 + static_cast<std::uint64_t>(share * static_cast<double>(pixels));
 }
-
-/// What the comparison of pictures with the reference has found, all pictures together.
-struct PictureErrors {
-  std::uint64_t pixels = 0, differing = 0, near_ties = 0, colours = 0;
-  double largest = 0, mse = 0;
-};
 
 class RenderRun final : public StageRun {
  public:
@@ -81,7 +63,7 @@ class RenderRun final : public StageRun {
     renderer_ = make_renderer(encoding, false);
     Row parts;
     parts["device"] = describe_device(*device_);
-    verify(bytes.bytes(), truth_, spec_.threads, parts);
+    verify(bytes.bytes(), truth_, cores(), parts);
     parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
     Row& start = parts["start"];
     for (const auto& [name, seconds] : renderer_->start_parts()) start[name + "_s"] = seconds;
@@ -107,7 +89,7 @@ class RenderRun final : public StageRun {
     double seconds = 0;
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
       for (std::uint32_t sample = 0; sample < choice_.ao_samples; ++sample) {
-        const gpu::FrameResult result = renderer_->render(camera_of_frame(scene_, frame), sample == 0);
+        const gpu::FrameResult result = renderer_->render(scene_.camera(frame), sample == 0);
         add_frame(result, result.incomplete, "frame", "pass/", samples);
         seconds += result.gpu_seconds;
       }
@@ -212,15 +194,7 @@ class RenderRun final : public StageRun {
                                "differ, colours by up to {}",
                                shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
     }
-    const gpu::Image expected = truth.reference(shot);
-    const gpu::LabelCheck check = truth.check(shot, expected, image);
-    const gpu::ImageDifference difference = gpu::compare(expected, image);
-    errors.pixels += image.pixels();
-    errors.differing += check.differing;
-    errors.near_ties += check.near_ties;
-    errors.colours += count_other_colours(expected, image);
-    errors.largest = std::max(errors.largest, difference.largest);
-    errors.mse = std::max(errors.mse, difference.mse);
+    errors.add(truth.errors_of_raw(shot));  // which is the same picture
   }
 
   /// A frame of the held view as it is timed: drawn whole from the filled cache. Where the cache is too small for that, some pixels
@@ -295,9 +269,10 @@ class RenderRun final : public StageRun {
         needed.distinct_cells == 0
             ? Row(nullptr)
             : Row(static_cast<double>(first["cells_decoded"]) / static_cast<double>(needed.distinct_cells));
+    if (!choice_.count_path) return;
     counting->clear_cache();
     counting->clear_counters();
-    for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(camera_of_frame(scene_, frame));
+    for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(scene_.camera(frame));
     for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
     if (choice_.held_frames > 0) count_held(*counting, parts["held"]);
   }

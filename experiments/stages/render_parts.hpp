@@ -17,11 +17,6 @@ namespace cvr::experiments {
 
 inline constexpr std::array kCheckedParts{0.0, 0.37, 0.81};  ///< of the camera path, where pictures are compared
 
-/// The camera of a frame of the path.
-inline gpu::Camera camera_of_frame(const gpu::Scene& scene, std::uint32_t frame) {
-  return scene.path.at(scene.frames > 1 ? static_cast<double>(frame) / (scene.frames - 1) : 0);
-}
-
 inline Row describe_device(const gpu::Device& device) {
   const gpu::DeviceReport& report = device.report();
   return {{"name", report.name}, {"type", report.type}, {"driver", report.driver}, {"api", report.api}};

@@ -91,7 +91,7 @@ class ScalarRenderRun final : public StageRun {
     const Stopwatch watch;
     double seconds = 0;
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
-      const auto result = renderer_->render(camera_of_frame(scene_, frame));
+      const auto result = renderer_->render(scene_.camera(frame));
       add_frame(result, 0, "frame", "pass/", samples);
       seconds += result.gpu_seconds;
     }

@@ -5,6 +5,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -14,7 +15,11 @@
 
 namespace cvr::experiments {
 
+namespace fs = std::filesystem;
+
 namespace {
+
+constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
@@ -29,6 +34,24 @@ bool get(std::ifstream& in, std::vector<T>& values, std::size_t count) {
   values.resize(count);
   return static_cast<bool>(
       in.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(count * sizeof(T))));
+}
+
+std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
+  std::uint64_t count = 0;
+  for (std::size_t pixel = 0; pixel < a.pixels(); ++pixel) {
+    bool other = false;
+    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i)
+      other = other || std::abs(a.colour[i] - b.colour[i]) > kOtherColour;
+    count += other ? 1 : 0;
+  }
+  return count;
+}
+
+/// A file that cannot be kept costs the next cell its making, nothing else.
+void keep_file(bool whole, const std::string& unfinished, const fs::path& path) {
+  std::error_code error;
+  if (whole) fs::rename(unfinished, path, error);
+  if (!whole || error) fs::remove(unfinished, error);
 }
 
 }  // namespace
@@ -63,7 +86,7 @@ std::string RenderTruth::file_of(const Shot& shot, const std::string& kind) cons
 std::optional<RenderTruth::Picture> RenderTruth::load(const std::string& file) const {
   if (file == last_file_) return last_;
   if (spec_.scratch.empty()) return std::nullopt;
-  std::ifstream in(std::filesystem::path(spec_.scratch) / file, std::ios::binary);
+  std::ifstream in(fs::path(spec_.scratch) / file, std::ios::binary);
   if (!in) return std::nullopt;
   Picture picture;
   gpu::Image& image = picture.image;
@@ -79,7 +102,7 @@ std::optional<RenderTruth::Picture> RenderTruth::load(const std::string& file) c
 
 void RenderTruth::save(const std::string& file, const Picture& picture) const {
   if (spec_.scratch.empty()) return;
-  const auto path = std::filesystem::path(spec_.scratch) / file;
+  const auto path = fs::path(spec_.scratch) / file;
   const auto unfinished = path.string() + fmt::format(".{}", getpid());
   std::ofstream out(unfinished, std::ios::binary);
   put(out, picture.image.colour);
@@ -87,10 +110,7 @@ void RenderTruth::save(const std::string& file, const Picture& picture) const {
   put(out, picture.image.complete);
   put(out, std::vector{picture.needed.visits, picture.needed.distinct_cells, picture.needed.distinct_bricks});
   out.close();
-  // A picture that cannot be kept costs the next cell its making, nothing else.
-  std::error_code error;
-  if (out) std::filesystem::rename(unfinished, path, error);
-  if (!out || error) std::filesystem::remove(unfinished, error);
+  keep_file(out.good(), unfinished, path);
 }
 
 void RenderTruth::make_reference(const Shot& shot) {
@@ -147,10 +167,39 @@ gpu::Image RenderTruth::raw(const Shot& shot) {
   return std::move(picture.image);
 }
 
-gpu::LabelCheck RenderTruth::check(const Shot& shot, const gpu::Image& truth, const gpu::Image& found) {
-  if (truth.labels == found.labels) return {.pixels = truth.pixels()};
-  const gpu::Scene scene = scene_at(shot);
-  return gpu::check_labels(renderer(), scene, scene.path.at(shot.part), truth, found);
+PictureErrors RenderTruth::find_errors(const Shot& shot) {
+  const gpu::Image found = raw(shot), expected = reference(shot);
+  gpu::LabelCheck labels{.pixels = expected.pixels()};
+  if (expected.labels != found.labels) {
+    const gpu::Scene scene = scene_at(shot);
+    labels = gpu::check_labels(renderer(), scene, scene.path.at(shot.part), expected, found);
+  }
+  const gpu::ImageDifference difference = gpu::compare(expected, found);
+  return {found.pixels(), labels.differing, labels.near_ties, count_other_colours(expected, found), difference.largest, difference.mse};
+}
+
+PictureErrors RenderTruth::errors_of_raw(const Shot& shot) {
+  const auto path = fs::path(spec_.scratch) / file_of(shot, "errors");
+  PictureErrors errors;
+  const auto bytes = reinterpret_cast<char*>(&errors);
+  if (std::ifstream in(path, std::ios::binary); !spec_.scratch.empty() && in.read(bytes, sizeof errors)) return errors;
+  errors = find_errors(shot);
+  if (spec_.scratch.empty()) return errors;
+  const std::string unfinished = path.string() + fmt::format(".{}", getpid());
+  std::ofstream out(unfinished, std::ios::binary);
+  out.write(bytes, sizeof errors);
+  out.close();
+  keep_file(out.good(), unfinished, path);
+  return errors;
+}
+
+void PictureErrors::add(const PictureErrors& other) {
+  pixels += other.pixels;
+  differing += other.differing;
+  near_ties += other.near_ties;
+  colours += other.colours;
+  largest = std::max(largest, other.largest);
+  mse = std::max(mse, other.mse);
 }
 
 }  // namespace cvr::experiments

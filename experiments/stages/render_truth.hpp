@@ -1,7 +1,8 @@
 // What the pictures of the render stage must be: those of the CPU reference, and those of the codec `raw` on the same device.
 //
-// The cells of one run share most of these pictures, so each is left in the run's scratch folder and made once. Reference and raw
-// renderer are built when a picture is asked for that is not there.
+// The cells of one run share most of these pictures, so each is left in the run's scratch folder and made once, and so is what the
+// comparison of raw's picture with the reference has found. Reference and raw renderer are built when something is asked for that is
+// not there.
 #pragma once
 
 #include <memory>
@@ -21,6 +22,14 @@ struct Shot {
   double lod_bias = 0;
 };
 
+/// What the comparison of pictures with the reference has found, all pictures together.
+struct PictureErrors {
+  std::uint64_t pixels = 0, differing = 0, near_ties = 0;
+  std::uint64_t colours = 0;      ///< pixels with a channel that differs by more than 1.5 / 255
+  double largest = 0, mse = 0;    ///< of the colours; the largest of all pictures
+  void add(const PictureErrors& other);
+};
+
 class RenderTruth {
  public:
   /// All of them outlive this.
@@ -31,7 +40,8 @@ class RenderTruth {
   gpu::NeededWork needed(const Shot& shot);
   /// Of `raw` with access `none`, settled.
   gpu::Image raw(const Shot& shot);
-  gpu::LabelCheck check(const Shot& shot, const gpu::Image& truth, const gpu::Image& found);
+  /// Of raw's picture against the reference.
+  PictureErrors errors_of_raw(const Shot& shot);
 
  private:
   gpu::Scene scene_at(const Shot& shot) const;
@@ -39,6 +49,7 @@ class RenderTruth {
   std::string file_of(const Shot& shot, const std::string& kind) const;
   void make_reference(const Shot& shot);
   void make_raw_renderer();
+  PictureErrors find_errors(const Shot& shot);
 
   struct Picture {
     gpu::Image image;

@@ -49,14 +49,15 @@ volumes::Expected<void> BrickCache::make_buffers() {
     DeviceBuffer& buffer;
     std::uint64_t bytes;
     const char* use;
+    Residency residency = Residency::kDevice;
   } pieces[] = {{cache_, units_ * kUnitBytes, "brick cache"},
                 {state_, std::uint64_t{bricks_} * 12, "brick states"},
-                {control_, CVR_CONTROL_WORDS * 4, "brick cache control"},
+                {control_, CVR_CONTROL_WORDS * 4, "brick cache control", Residency::kShared},
                 {stacks_, std::uint64_t{bricks_} * 4 * setting_.encoding.levels, "free regions"},
                 {list_, std::uint64_t{bricks_} * 4, "bricks to decode"},
                 {roots_, std::uint64_t{bricks_} * 4, "coarsest labels"}};
   for (const auto& piece : pieces) {
-    auto buffer = DeviceBuffer::make(setting_.device, piece.bytes, piece.use);
+    auto buffer = DeviceBuffer::make(setting_.device, piece.bytes, piece.use, piece.residency);
     if (!buffer) return tl::unexpected(buffer.error());
     piece.buffer = std::move(*buffer);
   }

@@ -31,7 +31,7 @@ Kernel::Kernel(Device& device, const Commands& commands, const KernelSource& sou
 Kernel::~Kernel() { vkDestroyPipeline(device_.handle(), pipeline_, nullptr); }
 
 Commands::Commands(Device& device, std::uint32_t uniform_bytes) : device_(device) {
-  auto uniforms = DeviceBuffer::make(device, uniform_bytes, "uniforms");
+  auto uniforms = DeviceBuffer::make(device, uniform_bytes, "uniforms", Residency::kShared);
   if (!uniforms) throw DeviceError(uniforms.error().message);
   uniforms_ = std::move(*uniforms);
   const VkDescriptorSetLayoutBinding binding{.binding = 0,

@@ -139,7 +139,9 @@ Candidate examine(VkPhysicalDevice physical, std::uint32_t index) {
   VkPhysicalDeviceSubgroupProperties subgroup{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
   VkPhysicalDeviceMaintenance3Properties maintenance{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES,
                                                      .pNext = &subgroup};
-  VkPhysicalDeviceDriverProperties driver{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &maintenance};
+  VkPhysicalDeviceMaintenance4Properties buffers{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES,
+                                                 .pNext = &maintenance};
+  VkPhysicalDeviceDriverProperties driver{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES, .pNext = &buffers};
   VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &driver};
   vkGetPhysicalDeviceProperties2(physical, &properties);
   candidate.driver = driver.driverID;
@@ -150,13 +152,17 @@ Candidate examine(VkPhysicalDevice physical, std::uint32_t index) {
   report.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
   report.shared_memory = properties.properties.limits.maxComputeSharedMemorySize;
   report.subgroup = subgroup.subgroupSize;
-  report.largest_allocation = maintenance.maxMemoryAllocationSize;
   VkPhysicalDeviceMemoryProperties memory;
   vkGetPhysicalDeviceMemoryProperties(physical, &memory);
   for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
     if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0)
       report.memory = std::max<std::uint64_t>(report.memory, memory.memoryHeaps[i].size);
   }
+  // maxMemoryAllocationSize is what a driver promises (often 4 GiB), not what it refuses: graphics cards give more in one piece.
+  // llvmpipe means its 2 GiB.
+  report.largest_allocation = maintenance.maxMemoryAllocationSize;
+  if (properties.properties.deviceType != VK_PHYSICAL_DEVICE_TYPE_CPU && properties.properties.apiVersion >= VK_API_VERSION_1_3)
+    report.largest_allocation = std::max<std::uint64_t>(report.largest_allocation, std::min<std::uint64_t>(buffers.maxBufferSize, report.memory));
   if (properties.properties.apiVersion < VK_API_VERSION_1_3) {
     report.rejected.push_back(fmt::format("Vulkan {}, expected 1.3", report.api));
     return candidate;

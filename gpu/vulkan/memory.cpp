@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 #include <utility>
+#include <vector>
 
 namespace cvr::gpu {
 
@@ -13,12 +14,26 @@ namespace {
 
 constexpr std::uint64_t kStagingBytes = std::uint64_t{64} << 20;
 
+constexpr VkMemoryPropertyFlags kVisible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+
+/// What an allocation is for.
+enum class Purpose { kDevice, kShared, kStaging };
+
 /// A buffer with memory of its own, without an owner: released by release().
 struct Allocation {
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceMemory memory = VK_NULL_HANDLE;
   bool visible = false;
 };
+
+/// Flags of memory types, the best first.
+std::vector<VkMemoryPropertyFlags> wishes(const Device& device, Purpose purpose) {
+  if (purpose == Purpose::kStaging) return {kVisible};
+  if (purpose == Purpose::kShared) return {kLocal | kVisible, kLocal};
+  const bool one_memory = device.report().type == "software" || device.report().type == "integrated";
+  return one_memory ? std::vector{kLocal | kVisible, kLocal} : std::vector{kLocal};
+}
 
 std::optional<std::uint32_t> find_type(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
                                        VkMemoryPropertyFlags flags) {
@@ -28,9 +43,10 @@ std::optional<std::uint32_t> find_type(const VkPhysicalDeviceMemoryProperties& m
   return std::nullopt;
 }
 
-/// `staging`: host memory for transfers; else device-local memory, host-visible where all of it is.
-Allocation allocate(Device& device, std::uint64_t bytes, bool staging) {
+/// Errors: no room for it.
+tl::expected<Allocation, VkResult> allocate(Device& device, std::uint64_t bytes, Purpose purpose) {
   Allocation a;
+  const bool staging = purpose == Purpose::kStaging;
   const VkBufferUsageFlags transfer = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   const VkBufferUsageFlags usage = staging ? transfer
                                            : transfer | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
@@ -41,24 +57,32 @@ Allocation allocate(Device& device, std::uint64_t bytes, bool staging) {
   vkGetBufferMemoryRequirements(device.handle(), a.buffer, &needs);
   VkPhysicalDeviceMemoryProperties memory;
   vkGetPhysicalDeviceMemoryProperties(device.physical(), &memory);
-  constexpr VkMemoryPropertyFlags kVisible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-  const bool one_memory = device.report().type == "software" || device.report().type == "integrated";
-  std::optional<std::uint32_t> type;
-  if (staging || one_memory) type = find_type(memory, needs.memoryTypeBits, staging ? kVisible : kVisible | VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-  a.visible = type.has_value();
-  if (!type) type = find_type(memory, needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-  if (!type) throw DeviceError("no memory type for buffers");
   const VkMemoryAllocateFlagsInfo flags{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
                                         .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-  const VkMemoryAllocateInfo request{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-                                     .pNext = staging ? nullptr : &flags,
-                                     .allocationSize = needs.size,
-                                     .memoryTypeIndex = *type};
-  const VkResult result = vkAllocateMemory(device.handle(), &request, nullptr, &a.memory);
-  if (result != VK_SUCCESS) vkDestroyBuffer(device.handle(), a.buffer, nullptr);
-  check(result, "vkAllocateMemory");
-  check(vkBindBufferMemory(device.handle(), a.buffer, a.memory, 0), "vkBindBufferMemory");
-  return a;
+  VkResult result = VK_ERROR_FEATURE_NOT_PRESENT;
+  for (const VkMemoryPropertyFlags wish : wishes(device, purpose)) {
+    const auto type = find_type(memory, needs.memoryTypeBits, wish);
+    if (!type) continue;
+    const VkMemoryAllocateInfo request{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .pNext = staging ? nullptr : &flags,
+                                       .allocationSize = needs.size,
+                                       .memoryTypeIndex = *type};
+    result = vkAllocateMemory(device.handle(), &request, nullptr, &a.memory);
+    a.visible = (wish & kVisible) == kVisible;
+    if (result == VK_SUCCESS) break;
+  }
+  if (result == VK_SUCCESS) result = vkBindBufferMemory(device.handle(), a.buffer, a.memory, 0);
+  if (result == VK_SUCCESS) return a;
+  vkDestroyBuffer(device.handle(), a.buffer, nullptr);
+  if (a.memory != VK_NULL_HANDLE) vkFreeMemory(device.handle(), a.memory, nullptr);
+  if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY && result != VK_ERROR_OUT_OF_HOST_MEMORY) check(result, "vkAllocateMemory");
+  return tl::unexpected(result);
+}
+
+Allocation allocate_staging(Device& device, std::uint64_t bytes) {
+  const auto allocation = allocate(device, bytes, Purpose::kStaging);
+  if (!allocation) check(allocation.error(), "vkAllocateMemory");
+  return *allocation;
 }
 
 void release(Device& device, VkBuffer buffer, VkDeviceMemory memory) {
@@ -74,7 +98,7 @@ std::byte* map(Device& device, VkDeviceMemory memory) {
 
 /// Host memory for transfers, for the length of a block.
 struct Staging {
-  Staging(Device& d, std::uint64_t bytes) : device(d), allocation(allocate(d, bytes, true)), window(map(d, allocation.memory)) {}
+  Staging(Device& d, std::uint64_t bytes) : device(d), allocation(allocate_staging(d, bytes)), window(map(d, allocation.memory)) {}
   ~Staging() { release(device, allocation.buffer, allocation.memory); }
   Staging(const Staging&) = delete;
   Staging& operator=(const Staging&) = delete;
@@ -115,15 +139,22 @@ void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std
 
 }  // namespace
 
-volumes::Expected<DeviceBuffer> DeviceBuffer::make(Device& device, std::uint64_t bytes, const std::string& use) {
+volumes::Expected<DeviceBuffer> DeviceBuffer::make(Device& device, std::uint64_t bytes, const std::string& use,
+                                                   Residency residency) {
   DeviceBuffer buffer;
   buffer.bytes_ = std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);
   if (buffer.bytes_ > device.limits().largest_allocation) {
     return volumes::fail(volumes::ErrorCode::kUnsupported,
-                         fmt::format("{}: {} bytes exceed the device's maxMemoryAllocationSize of {}", use, bytes,
+                         fmt::format("{}: {} bytes exceed the device's largest allocation of {}", use, bytes,
                                      device.limits().largest_allocation));
   }
-  const Allocation a = allocate(device, buffer.bytes_, false);
+  const auto allocated =
+      allocate(device, buffer.bytes_, residency == Residency::kShared ? Purpose::kShared : Purpose::kDevice);
+  if (!allocated) {
+    return volumes::fail(volumes::ErrorCode::kOutOfMemory,
+                         fmt::format("{}: {} bytes do not fit into the device's memory", use, bytes));
+  }
+  const Allocation& a = *allocated;
   buffer.device_ = &device;
   buffer.buffer_ = a.buffer;
   buffer.memory_ = a.memory;

@@ -11,13 +11,20 @@
 
 namespace cvr::gpu {
 
-/// One allocation with its buffer. Device-local; mapped where the device's memory is the host's (lavapipe, integrated devices).
+/// Where a buffer lies.
+enum class Residency : std::uint8_t {
+  kDevice,  ///< device-local; mapped where the device's memory is the host's (lavapipe, integrated devices)
+  kShared,  ///< what the host writes or reads every frame: device-local and mapped where there is such memory, else as kDevice
+};
+
+/// One allocation with its buffer.
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  /// `bytes` is rounded up to 16; 0 makes a buffer of 16. Refuses what exceeds the device's largest allocation, naming the
-  /// limit; throws DeviceError when memory runs out.
-  static volumes::Expected<DeviceBuffer> make(Device& device, std::uint64_t bytes, const std::string& use);
+  /// `bytes` is rounded up to 16; 0 makes a buffer of 16. kUnsupported for what exceeds the device's largest allocation, naming the
+  /// limit; kOutOfMemory where the device has no room. Throws DeviceError for other failures.
+  static volumes::Expected<DeviceBuffer> make(Device& device, std::uint64_t bytes, const std::string& use,
+                                              Residency residency = Residency::kDevice);
   DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
   DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
     swap(other);

@@ -64,7 +64,5 @@ void main() {
 #endif
   }
 #endif
-#ifdef CVR_INSTRUMENTED
-  CVR_COUNT(CVR_COUNT_WORDS_TOUCHED, cvr_words_touched);
-#endif
+  cvr_keep_counts();
 }

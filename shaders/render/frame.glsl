@@ -11,15 +11,25 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer Words32 { ui
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer Words64 { uint64_t w[]; };
 
 #ifdef CVR_INSTRUMENTED
-#define CVR_COUNT(counter, n) atomicAdd(Words64(cvr_frame.counters).w[counter], uint64_t(n))
+// Counts of an invocation; cvr_keep_counts, which each instrumented kernel calls last, adds them to the frame's. Shared counters would
+// make all invocations wait for each other at every count.
+uint cvr_counted[CVR_COUNTERS] = uint[CVR_COUNTERS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+#define CVR_COUNT(counter, n) cvr_counted[counter] += uint(n)
 uint cvr_words_touched = 0u;
 bool cvr_checking = false;  // what is decoded to check a cache is not the work of the mode
 #define CVR_TOUCH_WORD() (cvr_words_touched += cvr_checking ? 0u : 1u)
 #define CVR_COUNT_HOPS(n) CVR_COUNT(CVR_COUNT_CHAIN_HOPS, cvr_checking ? 0u : n)
+void cvr_keep_counts() {
+  cvr_counted[CVR_COUNT_WORDS_TOUCHED] += cvr_words_touched;
+  [[unroll]] for (int i = 0; i < CVR_COUNTERS; ++i) {
+    if (cvr_counted[i] != 0u) atomicAdd(Words64(cvr_frame.counters).w[i], uint64_t(cvr_counted[i]));
+  }
+}
 #else
 #define CVR_COUNT(counter, n)
 #define CVR_TOUCH_WORD()
 #define CVR_COUNT_HOPS(n)
+void cvr_keep_counts() {}
 #endif
 
 // The codec's buffers, for its decoder text.

@@ -247,7 +247,7 @@ uvec2 cvr_pixel_in_tile(uint i) {
   return uvec2((i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u), (i >> 1 & 1u) | (i >> 2 & 2u) | (i >> 3 & 4u));
 }
 
-void main() {
+void cvr_draw() {
   uint tiles_x = (cvr_frame.width + 7u) / 8u;
   uint tile = gl_WorkGroupID.x;
   if (((tile * 0x9e3779b1u >> 8) & cvr_frame.focus_mask) != cvr_frame.focus_value) return;
@@ -348,7 +348,9 @@ void main() {
     atomicAdd(Words32(cvr_frame.status).w[CVR_STATUS_INCOMPLETE], 1u);
     if (sum.w == 0.0) Colours(cvr_frame.colours).c[at] = vec4(colour, 0.0);
   }
-#ifdef CVR_INSTRUMENTED
-  CVR_COUNT(CVR_COUNT_WORDS_TOUCHED, cvr_words_touched);
-#endif
+}
+
+void main() {
+  cvr_draw();
+  cvr_keep_counts();
 }

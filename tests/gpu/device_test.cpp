@@ -14,7 +14,7 @@ TEST(LostDevice, EndsAFrameWithAClearError) {
   const auto encoded = encode_for_gpu(volume, "csgvr-sb", {}, 16);
   const gpu::RenderOptions options{.access = "brick", .cache_bytes = gpu::kLeastCacheBytes, .width = 64, .height = 40};
   {
-    gpu::Device lost;
+    gpu::Device lost({.choice = device_choice()});
     auto renderer = gpu::Renderer::make(lost, encoded->encoding, volume.info(), options).value();
     ASSERT_TRUE(renderer->set_scene(test_scene(gpu::Shading::kLocal)));
     EXPECT_TRUE(renderer->settle(corner_view()).complete);

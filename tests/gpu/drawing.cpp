@@ -9,8 +9,13 @@
 
 namespace cvr::gpu_tests {
 
+std::string device_choice() {
+  const char* choice = std::getenv("CVRBENCH_DEVICE");
+  return choice == nullptr ? "" : choice;
+}
+
 gpu::Device& device() {
-  static gpu::Device kDevice({"", std::getenv("CVRBENCH_VALIDATION") != nullptr, std::getenv("CVRBENCH_GPU_ASSISTED") != nullptr});
+  static gpu::Device kDevice({device_choice(), std::getenv("CVRBENCH_VALIDATION") != nullptr, std::getenv("CVRBENCH_GPU_ASSISTED") != nullptr});
   return kDevice;
 }
 

@@ -11,7 +11,9 @@
 
 namespace cvr::gpu_tests {
 
-/// The device of all tests; with the validation layer where CVRBENCH_VALIDATION is set. Fails loudly where there is none.
+/// What CVRBENCH_DEVICE names, as gpu::DeviceOptions::choice; empty without it.
+std::string device_choice();
+/// The device of all tests: device_choice(); with the validation layer where CVRBENCH_VALIDATION is set. Fails loudly where there is none.
 gpu::Device& device();
 
 /// An encoded volume, opened.

@@ -7,7 +7,7 @@ namespace cvr::gpu_tests {
 namespace {
 
 std::vector<std::string> messages_of(bool gpu_assisted) {
-  gpu::Device device({"", true, gpu_assisted});
+  gpu::Device device({device_choice(), true, gpu_assisted});
   const volumes::Volume volume = generate("neurites", {48, 40, 36});
   for (const std::string codec : {"raw", "csgvr-sb", "csgv-rans"}) {
     const auto encoded = encode_for_gpu(volume, codec, {}, 16);
