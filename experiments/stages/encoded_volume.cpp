@@ -154,18 +154,21 @@ void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_b
   size["rate_xz"] = percent(xz_size(file), original_bytes);
 }
 
+void keep_in_scratch(const std::filesystem::path& path, std::string_view content) {
+  const auto unfinished = path.string() + fmt::format(".{}", getpid());
+  std::ofstream out(unfinished, std::ios::binary);
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  out.close();
+  std::error_code error;
+  if (out) std::filesystem::rename(unfinished, path, error);
+  if (!out || error) std::filesystem::remove(unfinished, error);
+}
+
 void leave_in_scratch(const WorkerSpec& spec, std::span<const std::byte> file) {
   if (spec.scratch.empty()) return;
   std::error_code error;
   if (file.size() > std::filesystem::space(spec.scratch, error).available / 4 || error) return;
-  const auto path = scratch_path(spec);
-  const auto unfinished = path.string() + fmt::format(".{}", getpid());
-  std::ofstream out(unfinished, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
-  out.close();
-  // A scratch file that cannot be written costs the next stage an encoding, nothing else.
-  if (out) std::filesystem::rename(unfinished, path, error);
-  if (!out || error) std::filesystem::remove(unfinished, error);
+  keep_in_scratch(scratch_path(spec), {reinterpret_cast<const char*>(file.data()), file.size()});
 }
 
 codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSource& source) {
@@ -219,6 +222,21 @@ void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth
   require_kept("largest error", recorded->largest, sink.largest_error());
   require_kept("mean squared error", recorded->mean_squared, sink.mean_squared_error());
   if (const auto* access = decoder->progressive_access()) parts["steps"] = describe_steps(*access, file.header_bytes, truth, threads);
+}
+
+void verify_once(const WorkerSpec& spec, std::span<const std::byte> bytes, const volumes::VolumeSource& truth, Row& parts) {
+  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+  if (spec.scratch.empty()) return verify(bytes, truth, cores, parts);
+  const auto path = std::filesystem::path(spec.scratch) /
+                    fmt::format("{}-{:016x}.verified", spec.location.identity, XXH3_64bits(bytes.data(), bytes.size()));
+  Row found;
+  if (std::ifstream in(path); in) found = Row::parse(in, nullptr, false);
+  if (!found.is_object()) {
+    found = Row::object();
+    verify(bytes, truth, cores, found);
+    keep_in_scratch(path, found.dump());
+  }
+  parts.update(found);
 }
 
 void AlteredSource::read(const volumes::Box& box, std::byte* out) const {

@@ -1,6 +1,9 @@
 // The encoded file that stages work on, its sizes, and its comparison with the original.
 #pragma once
 
+#include <filesystem>
+#include <string_view>
+
 #include "codecs/container.hpp"
 #include "experiments/stages/stage.hpp"
 
@@ -18,11 +21,17 @@ void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_b
 /// cores and leaves it.
 codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSource& source);
 void leave_in_scratch(const WorkerSpec& spec, std::span<const std::byte> file);
+/// Writes a file of the scratch folder whole or not at all: one that cannot be written costs the next cell its making, nothing else.
+void keep_in_scratch(const std::filesystem::path& path, std::string_view content);
 
 /// Decodes the finest level against the truth and adds "verification" to `parts`, of lossy codecs also "error" with what the encoder
 /// recorded, and "steps", the bytes and PSNR of the steps of a progressive decoder. Throws StageFailure when a lossless codec's voxels
 /// differ, or a lossy codec's errors are not those that it recorded.
 void verify(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads, Row& parts);
+
+/// The same on all cores, once a run for the same bytes of the same volume: what it has found is left in the scratch folder. For stages
+/// whose cells share encodings.
+void verify_once(const WorkerSpec& spec, std::span<const std::byte> file, const volumes::VolumeSource& truth, Row& parts);
 
 /// {largest_error, mean_squared_error}.
 Row describe_recorded(const codecs::RecordedError& recorded);

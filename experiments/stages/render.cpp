@@ -63,7 +63,7 @@ class RenderRun final : public StageRun {
     renderer_ = make_renderer(encoding, false);
     Row parts;
     parts["device"] = describe_device(*device_);
-    verify(bytes.bytes(), truth_, cores(), parts);
+    verify_once(spec_, bytes.bytes(), truth_, parts);
     parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
     Row& start = parts["start"];
     for (const auto& [name, seconds] : renderer_->start_parts()) start[name + "_s"] = seconds;

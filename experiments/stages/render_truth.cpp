@@ -1,7 +1,6 @@
 #include "experiments/stages/render_truth.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
+#include "experiments/stages/encoded_volume.hpp"
 
 namespace cvr::experiments {
 
@@ -24,9 +24,8 @@ constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
 template <class T>
-void put(std::ofstream& out, const std::vector<T>& values) {
-  out.write(reinterpret_cast<const char*>(values.data()),
-            static_cast<std::streamsize>(values.size() * sizeof(T)));
+void put(std::string& out, const std::vector<T>& values) {
+  out.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
 template <class T>
@@ -45,13 +44,6 @@ std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
     count += other ? 1 : 0;
   }
   return count;
-}
-
-/// A file that cannot be kept costs the next cell its making, nothing else.
-void keep_file(bool whole, const std::string& unfinished, const fs::path& path) {
-  std::error_code error;
-  if (whole) fs::rename(unfinished, path, error);
-  if (!whole || error) fs::remove(unfinished, error);
 }
 
 }  // namespace
@@ -102,15 +94,12 @@ std::optional<RenderTruth::Picture> RenderTruth::load(const std::string& file) c
 
 void RenderTruth::save(const std::string& file, const Picture& picture) const {
   if (spec_.scratch.empty()) return;
-  const auto path = fs::path(spec_.scratch) / file;
-  const auto unfinished = path.string() + fmt::format(".{}", getpid());
-  std::ofstream out(unfinished, std::ios::binary);
-  put(out, picture.image.colour);
-  put(out, picture.image.labels);
-  put(out, picture.image.complete);
-  put(out, std::vector{picture.needed.visits, picture.needed.distinct_cells, picture.needed.distinct_bricks});
-  out.close();
-  keep_file(out.good(), unfinished, path);
+  std::string content;
+  put(content, picture.image.colour);
+  put(content, picture.image.labels);
+  put(content, picture.image.complete);
+  put(content, std::vector{picture.needed.visits, picture.needed.distinct_cells, picture.needed.distinct_bricks});
+  keep_in_scratch(fs::path(spec_.scratch) / file, content);
 }
 
 void RenderTruth::make_reference(const Shot& shot) {
@@ -185,11 +174,7 @@ PictureErrors RenderTruth::errors_of_raw(const Shot& shot) {
   if (std::ifstream in(path, std::ios::binary); !spec_.scratch.empty() && in.read(bytes, sizeof errors)) return errors;
   errors = find_errors(shot);
   if (spec_.scratch.empty()) return errors;
-  const std::string unfinished = path.string() + fmt::format(".{}", getpid());
-  std::ofstream out(unfinished, std::ios::binary);
-  out.write(bytes, sizeof errors);
-  out.close();
-  keep_file(out.good(), unfinished, path);
+  keep_in_scratch(path, {bytes, sizeof errors});
   return errors;
 }
 

@@ -169,6 +169,7 @@ TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) 
       [](RenderChoice& c) { c.frames = 6; },      [](RenderChoice& c) { c.lod_bias = 1; },
       [](RenderChoice& c) { c.ao_samples = 2; },  [](RenderChoice& c) { c.brick = 16; },
       [](RenderChoice& c) { c.jump_frames = 2; }, [](RenderChoice& c) { c.picture_error = true; },
+      [](RenderChoice& c) { c.path_parts = 2; }, [](RenderChoice& c) { c.count_path = false; },
       [](RenderChoice& c) { c.held_frames = 2; }, [](RenderChoice& c) { c.keep_pictures = true; },
       [](RenderChoice& c) { c.step = 1; }};
   std::set<std::string> keys{cell.row_key()}, ids{cell_id(cell, "0")};

@@ -57,6 +57,35 @@ TEST(CameraPaths, KeepTheFieldOfViewLegal) {
   }
 }
 
+/// A straight path of 101 frames whose eye is at x = number of the frame.
+Scene straight(std::uint32_t frames, std::uint32_t parts) {
+  Scene scene;
+  scene.path = CameraPath({{{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45}, {{100, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45}});
+  scene.path_frames = 101;
+  scene.frames = frames;
+  scene.path_parts = parts;
+  return scene;
+}
+
+std::vector<int> frames_of(const Scene& scene) {
+  std::vector<int> numbers;
+  for (std::uint32_t n = 0; n < scene.frames; ++n) {
+    numbers.push_back(static_cast<int>(std::lround(scene.camera(n).eye[0])));
+    EXPECT_NEAR(scene.camera(n).eye[0], numbers.back(), 1e-9);
+  }
+  return numbers;
+}
+
+TEST(CameraPaths, AreDrawnSpreadOrInPartsOfConsecutiveFrames) {
+  EXPECT_EQ(frames_of(straight(5, 0)), (std::vector{0, 25, 50, 75, 100}));
+  EXPECT_EQ(frames_of(straight(6, 3)), (std::vector{0, 1, 49, 50, 99, 100}));
+  EXPECT_EQ(frames_of(straight(4, 1)), (std::vector{0, 1, 2, 3}));
+  EXPECT_EQ(frames_of(straight(7, 3)), (std::vector{0, 1, 2, 49, 50, 51, 98}));
+  EXPECT_EQ(frames_of(straight(3, 9)), (std::vector{0, 50, 100}));
+  EXPECT_EQ(frames_of(straight(101, 4)), frames_of(straight(101, 0)));
+  EXPECT_EQ(frames_of(straight(1, 1)), (std::vector{0}));
+}
+
 TEST(Materials, TheFirstRuleThatFitsCounts) {
   Scene scene;
   scene.materials = {
