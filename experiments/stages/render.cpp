@@ -269,11 +269,12 @@ class RenderRun final : public StageRun {
         needed.distinct_cells == 0
             ? Row(nullptr)
             : Row(static_cast<double>(first["cells_decoded"]) / static_cast<double>(needed.distinct_cells));
-    if (!choice_.count_path) return;
-    counting->clear_cache();
-    counting->clear_counters();
-    for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(scene_.camera(frame));
-    for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
+    if (choice_.count_path) {
+      counting->clear_cache();
+      counting->clear_counters();
+      for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(scene_.camera(frame));
+      for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
+    }
     if (choice_.held_frames > 0) count_held(*counting, parts["held"]);
   }
 

@@ -4,26 +4,24 @@
 
 layout(local_size_x = 64) in;
 
+// Adds and takes back in place of compare-and-swap, over which thousands of invocations would wait for each other. While others have
+// taken too much a counter is too low or too high; what it is short of then is not there for anybody. The stacks only shrink in this pass.
 bool cvr_allocate(uint lod, out uint unit) {
-  uint available = CVR_CONTROL.w[CVR_CONTROL_FREE + lod];
-  while (available > 0u) {
-    uint before = atomicCompSwap(CVR_CONTROL.w[CVR_CONTROL_FREE + lod], available, available - 1u);
-    if (before == available) {
-      unit = Words32(cvr_frame.cache[3]).w[lod * cvr_frame.cache_sizes[1] + available - 1u];
+  if (int(CVR_CONTROL.w[CVR_CONTROL_FREE + lod]) > 0) {
+    int available = int(atomicAdd(CVR_CONTROL.w[CVR_CONTROL_FREE + lod], ~0u));
+    if (available > 0) {
+      unit = Words32(cvr_frame.cache[3]).w[lod * cvr_frame.cache_sizes[1] + uint(available) - 1u];
       return true;
     }
-    available = before;
+    atomicAdd(CVR_CONTROL.w[CVR_CONTROL_FREE + lod], 1u);
   }
   uint units = cvr_units_of(lod);
-  uint bump = CVR_CONTROL.w[CVR_CONTROL_BUMP];
-  while (units <= cvr_frame.cache_sizes[0] && bump <= cvr_frame.cache_sizes[0] - units) {
-    uint before = atomicCompSwap(CVR_CONTROL.w[CVR_CONTROL_BUMP], bump, bump + units);
-    if (before == bump) {
-      unit = bump;
-      return true;
-    }
-    bump = before;
-  }
+  if (units > cvr_frame.cache_sizes[0]) return false;
+  uint last = cvr_frame.cache_sizes[0] - units;
+  if (CVR_CONTROL.w[CVR_CONTROL_BUMP] > last) return false;
+  unit = atomicAdd(CVR_CONTROL.w[CVR_CONTROL_BUMP], units);
+  if (unit <= last) return true;
+  atomicAdd(CVR_CONTROL.w[CVR_CONTROL_BUMP], ~units + 1u);
   return false;
 }
 

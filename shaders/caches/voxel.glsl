@@ -57,7 +57,8 @@ bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invis
 }
 
 // Decodes a cell that cvr_lookup does not know, and keeps it. With empty-space bits, an invisible cell makes the voxels of its block be
-// decoded too, until one is visible; the loop has the only call of the decoder, since a kernel carries each call's text.
+// decoded too, until one is visible, unless the decoder knows that they all have the cell's label; the loop has the only call of the
+// decoder, since a kernel carries each call's text.
 uint cvr_resolve(uvec3 cell, uint lod, uvec3 brick, out bool invisible) {
   CVR_COUNT(CVR_COUNT_CACHE_MISSES, 1);
   invisible = false;
@@ -76,6 +77,9 @@ uint cvr_resolve(uvec3 cell, uint lod, uvec3 brick, out bool invisible) {
     if (c == 0u) code = found;
     invisible = !cvr_code_visible(found);
     if (!invisible) break;
+#ifdef CVR_KNOWS_UNIFORM_BLOCKS
+    if (c == 0u && voxels > 0u && cvr_block_is_uniform(cells, cell, lod)) break;
+#endif
   }
   if (invisible) {
     CVR_COUNT(CVR_COUNT_EMPTY_SPACE_MARKS, 1);

@@ -27,6 +27,18 @@ CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
   return cvr_csgvr_label(cells.global, cells.brick, index);
 }
 
+// Whether all voxels of the cell's 2x2x2 block (of level 0 or 1) have its label: a node above the cell has a stop bit. Never
+// without stop bits.
+#define CVR_KNOWS_UNIFORM_BLOCKS 1
+CVR_FUNC bool cvr_block_is_uniform(BrickCells cells, uvec3 cell, uint lod) {
+  uint level = uint(CVR_BRICK_SHIFT) - lod;
+  uvec3 inside = cell & ((1u << level) - 1u);
+  uint node = cvr_morton_encode(inside.x, inside.y, inside.z);
+  uint stopped = level;
+  cvr_csgvr_index(cells.words, cells.brick, node, stopped);
+  return stopped < level;
+}
+
 #ifndef CVR_WITHOUT_SERIAL
 #define CVR_SERIAL_WAVELET
 #define CVR_SERIAL_STOP_BITS CVR_CSGVR_STOP_BITS
