@@ -203,7 +203,7 @@ void copy_existing(const std::string& path, const std::string& partial) {
 
 void write_hdf5(const VolumePath& path, const VolumeSource& source) {
   std::string dataset = path.dataset.empty() ? std::string(name_of(source.info().kind)) : path.dataset;
-  if (!dataset.starts_with('/')) dataset.insert(0, "/");
+  if (!dataset.starts_with('/')) dataset = fmt::format("/{}", dataset);
   const bool into_existing = keeps_existing_hdf5(path.file, path.dataset, dataset);
   OutputFile output(path.file);
   output.close();

@@ -81,7 +81,9 @@ class Hdf5Fixtures : public testing::Test {
       }
     });
     EXPECT_EQ(nonzero, expected["nonzero"].get<std::uint64_t>());
-    if (expected["sum"].is_number_unsigned()) EXPECT_EQ(sum, expected["sum"].get<std::uint64_t>());
+    if (expected["sum"].is_number_unsigned()) {
+      EXPECT_EQ(sum, expected["sum"].get<std::uint64_t>());
+    }
   }
 
   std::filesystem::path folder_;

@@ -1,4 +1,6 @@
 // HDF5: what files say of their axes, types, voxel sizes and offsets, and what is somebody else's.
+#include <limits>
+
 #include "hdf5_file.hpp"
 
 namespace cvr::volumes {
@@ -17,8 +19,12 @@ OpenOptions axes(const std::string& letters) {
 std::string axistags(const std::string& keys, const std::vector<double>& resolutions) {
   std::string text = R"({"axes": [)";
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    text += (i > 0 ? "," : "") + std::string(R"({"key": ")") + keys[i] +
-            R"(", "typeFlags": 2, "description": "", "resolution": )" + std::to_string(resolutions[i]) + "}";
+    if (i > 0) text += ',';
+    text += R"({"key": ")";
+    text += keys[i];
+    text += R"(", "typeFlags": 2, "description": "", "resolution": )";
+    text += std::to_string(resolutions[i]);
+    text += '}';
   }
   return text + "]}";
 }
