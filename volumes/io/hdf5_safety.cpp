@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
+#include <map>
 
 #include "volumes/io/format.hpp"
 
@@ -118,10 +118,13 @@ class VirtualSources {
 
  private:
   void check_source(const Hdf5Dataset& dataset, hid_t plist, std::size_t index);
+  /// Of the dataset `name` of `file`, which is looked at once.
+  const std::vector<hsize_t>& checked_size(const Hdf5Dataset& dataset, const std::string& what,
+                                           const std::string& file, const std::string& name);
 
   Hdf5Bounds& bounds_;
   int nesting_;
-  std::set<std::pair<std::string, std::string>> checked_;
+  std::map<std::pair<std::string, std::string>, std::vector<hsize_t>> sizes_;
 };
 
 void check_storage(Hdf5Bounds& bounds, const Hdf5Dataset& dataset, int nesting) {
@@ -164,23 +167,31 @@ void VirtualSources::check_source(const Hdf5Dataset& dataset, hid_t plist, std::
                       "a pattern or an unlimited extent");
   }
   const std::string file = file_name == "." ? dataset.file : bounds_.admit(dataset.file, what, file_name);
-  // The library itself follows links within sources; where others are not allowed, there must be none.
-  Hdf5Bounds within(file, bounds_.allow_external());
-  if (checked_.emplace(file, name).second) {
-    const Hdf5Dataset source = open_hdf5_dataset(within, file, name);
-    if (source.file != file) {
-      throw_input_error(dataset.file, what, "a dataset of that file itself", fmt::format("a link to {}", source.file));
-    }
-    check_storage(bounds_, source, nesting_ + 1);
+  const std::vector<hsize_t>& size = checked_size(dataset, what, file, name);
+  if (all && rank > 0) {  // the library then takes as much as there is
+    H5Sget_simple_extent_dims(selection.get(), last.data(), nullptr);
+    for (hsize_t& end : last) --end;
   }
-  const Hdf5Dataset source = open_hdf5_dataset(within, file, name);
-  const std::vector<hsize_t> size = hdf5_size(source.dataset_id.get());
-  bool inside = static_cast<int>(size.size()) == rank || all;
-  for (std::size_t axis = 0; inside && !all && axis < size.size(); ++axis) inside = last[axis] < size[axis];
+  bool inside = static_cast<int>(size.size()) == rank;
+  for (std::size_t axis = 0; inside && axis < size.size(); ++axis) inside = last[axis] < size[axis];
   if (!inside) {
     throw_input_error(dataset.file, what, fmt::format("at least the voxels up to {}", fmt::join(last, ",")),
                       fmt::format("a dataset of {}", fmt::join(size, "x")));
   }
+}
+
+const std::vector<hsize_t>& VirtualSources::checked_size(const Hdf5Dataset& dataset, const std::string& what,
+                                                         const std::string& file, const std::string& name) {
+  const auto [known, first] = sizes_.try_emplace({file, name});
+  if (!first) return known->second;
+  // The library itself follows links within sources; where others are not allowed, there must be none.
+  Hdf5Bounds within(file, bounds_.allow_external());
+  const Hdf5Dataset source = open_hdf5_dataset(within, file, name);
+  if (source.file != file) {
+    throw_input_error(dataset.file, what, "a dataset of that file itself", fmt::format("a link to {}", source.file));
+  }
+  check_storage(bounds_, source, nesting_ + 1);
+  return known->second = hdf5_size(source.dataset_id.get());
 }
 
 }  // namespace
