@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "volumes/io/format.hpp"
+#include "volumes/io/hdf5_attributes.hpp"
 #include "volumes/io/hdf5_objects.hpp"
 #include "volumes/io/hdf5_process.hpp"
 
@@ -18,12 +19,19 @@ using Json = nlohmann::json;
 constexpr unsigned kListSeconds = 5;
 
 Json list_existing(const std::string& path) {
-  const Hdf5Content content = list_hdf5(open_hdf5_file(path, H5F_ACC_RDONLY).get());
+  const Hdf5Handle file = open_hdf5_file(path, H5F_ACC_RDONLY);
+  const Hdf5Content content = list_hdf5(file.get());
+  bool ours = content.datasets.size() == 1;
+  if (ours) {
+    const Hdf5Handle dataset(H5Dopen2(file.get(), content.datasets.front().name.c_str(), H5P_DEFAULT), H5Dclose);
+    ours = dataset.valid() && Hdf5Attributes(read_hdf5_attributes(dataset.get())).ours();
+  }
   Json names = Json::array();
   for (const Hdf5Entry& entry : content.datasets) names.push_back(entry.name);
   return {{"datasets", names},
           {"groups", content.groups},
           {"links", content.links.size()},
+          {"ours", ours},
           {"text", to_string(content)}};
 }
 
@@ -37,11 +45,11 @@ Json ask(const std::string& path) {
   }
 }
 
-/// Groups on the way to `dataset` belong to it.
+/// Nothing but a volume that this project wrote, or one dataset of the name that is about to be written.
 bool holds_only(const Json& found, const std::string& dataset) {
   const bool names = std::all_of(found["datasets"].begin(), found["datasets"].end(),
                                  [&](const Json& name) { return name.get<std::string>() == dataset; });
-  return names && found["groups"].empty() && found["links"] == 0;
+  return (names || found["ours"].get<bool>()) && found["groups"].empty() && found["links"] == 0;
 }
 
 }  // namespace

@@ -168,15 +168,14 @@ void VirtualSources::check_source(const Hdf5Dataset& dataset, hid_t plist, std::
   }
   const std::string file = file_name == "." ? dataset.file : bounds_.admit(dataset.file, what, file_name);
   const std::vector<hsize_t>& size = checked_size(dataset, what, file, name);
-  if (all && rank > 0) {  // the library then takes as much as there is
-    H5Sget_simple_extent_dims(selection.get(), last.data(), nullptr);
-    for (hsize_t& end : last) --end;
-  }
-  bool inside = static_cast<int>(size.size()) == rank;
-  for (std::size_t axis = 0; inside && axis < size.size(); ++axis) inside = last[axis] < size[axis];
+  const Hdf5Handle target(H5Pget_virtual_vspace(plist, index), H5Sclose);
+  const hssize_t taken = H5Sget_select_npoints(target.get());
+  bool inside = all ? product(size) == static_cast<double>(taken) : static_cast<int>(size.size()) == rank;
+  for (std::size_t axis = 0; inside && !all && axis < size.size(); ++axis) inside = last[axis] < size[axis];
   if (!inside) {
-    throw_input_error(dataset.file, what, fmt::format("at least the voxels up to {}", fmt::join(last, ",")),
-                      fmt::format("a dataset of {}", fmt::join(size, "x")));
+    const std::string expected = all ? fmt::format("{} voxels", taken)
+                                     : fmt::format("at least the voxels up to {}", fmt::join(last, ","));
+    throw_input_error(dataset.file, what, expected, fmt::format("a dataset of {}", fmt::join(size, "x")));
   }
 }
 

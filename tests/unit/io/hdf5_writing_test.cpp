@@ -104,8 +104,13 @@ TEST_F(Hdf5Writing, ASingleVolumeOfOursIsReplaced) {
   write_volume(path("b.h5"), MemorySource(volume));
   EXPECT_EQ(read_bytes(path("a.h5")), read_bytes(path("b.h5")));
   const Volume scalars = patterned({4, 4, 4}, VoxelType::kF32, VolumeKind::kScalars);
+  write_volume(path("a.h5"), MemorySource(scalars));
+  expect_boxes(*open_volume(path("a.h5")), scalars);
+  std::filesystem::remove(path("a.h5"));
   std::filesystem::remove(path("b.h5"));
-  expect_refused<InputError>(path("a.h5"), MemorySource(scalars), path("a.h5"), {"/labels (rank 3, 4x4x4, u16)"});
+  const std::string other =
+      Hdf5File(path("a.h5")).dataset("other", H5T_STD_U8LE, {1, 1, 1}, counting<std::uint8_t>(1)).close();
+  expect_refused<InputError>(other, MemorySource(scalars), other, {"a.h5:/scalars", "/other (rank 3, 1x1x1, u8)"});
 }
 
 TEST_F(Hdf5Writing, TextsHaveFixedLength) {
