@@ -26,6 +26,12 @@ std::string hdf5_reason() {
     return 0;
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &reason);
+  // What the system said stands in the middle of a long line of addresses.
+  constexpr std::string_view kSystem = "error message = '";
+  if (const std::size_t start = reason.find(kSystem); start != std::string::npos) {
+    const std::size_t from = start + kSystem.size();
+    return reason.substr(from, reason.find('\'', from) - from);
+  }
   return reason.empty() ? "an unknown failure" : reason;
 }
 
