@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
+#include <limits>
 
 namespace cvr::volumes {
 
@@ -13,16 +15,42 @@ constexpr std::uint64_t kMaximumBytes = std::uint64_t{1} << 48;
 constexpr std::uint64_t kSlabPlanes = 64;
 constexpr std::uint64_t kSlabBytes = std::uint64_t{512} << 20;
 
+/// "voxel (3, 4, 5)", the one at `index` of a box.
+std::string voxel_name(const Box& box, std::uint64_t index) {
+  return fmt::format("voxel ({}, {}, {})", box.origin.x + index % box.size.x,
+                     box.origin.y + index / box.size.x % box.size.y, box.origin.z + index / box.size.x / box.size.y);
+}
+
 template <class T>
-void reject_negative(const std::string& file, std::span<const std::byte> bytes) {
+void reject_negative(const std::string& file, std::span<const std::byte> bytes, const Box* box) {
   for (std::size_t at = 0; at + sizeof(T) <= bytes.size(); at += sizeof(T)) {
     T value;
     std::memcpy(&value, bytes.data() + at, sizeof value);
     if (value < 0) {
       throw_input_error(
-          file, "voxels", "labels without a sign",
+          file, box != nullptr ? voxel_name(*box, at / sizeof(T)) : "voxels", "labels without a sign",
           fmt::format("the label {} in a volume stored as signed integers", static_cast<long long>(value)));
     }
+  }
+}
+
+template <class Float, class Label>
+void convert_labels(const std::string& file, std::span<std::byte> bytes, const Box& box) {
+  static_assert(sizeof(Float) == sizeof(Label));
+  constexpr int kExactBits = std::numeric_limits<Float>::digits;
+  constexpr Float kLargest = static_cast<Float>(std::uint64_t{1} << kExactBits);
+  for (std::size_t at = 0; at + sizeof(Float) <= bytes.size(); at += sizeof(Float)) {
+    Float value;
+    std::memcpy(&value, bytes.data() + at, sizeof value);
+    const bool in_range = value >= 0 && value <= kLargest;  // false for NaN
+    const Label label = in_range ? static_cast<Label>(value) : 0;
+    if (!in_range || static_cast<Float>(label) != value) {
+      throw_input_error(file, voxel_name(box, at / sizeof(Float)),
+                        fmt::format("a label: a whole number from 0 to 2^{}, the largest that is exact in f{}", kExactBits,
+                                    8 * sizeof(Float)),
+                        fmt::format("{}", value));
+    }
+    std::memcpy(bytes.data() + at, &label, sizeof label);
   }
 }
 
@@ -38,21 +66,28 @@ void throw_output_error(const std::string& file, std::string_view reason) {
   throw OutputError(fmt::format("{}: cannot write: {}", file, reason));
 }
 
+std::string name_of(const StoredType& stored) {
+  if (stored.is_float64) return "f64";
+  return stored.is_signed ? fmt::format("i{}", 8 * size_of(stored.type)) : std::string(name_of(stored.type));
+}
+
 Interpretation interpret(const std::string& file, StoredType stored, std::optional<VolumeKind> hint,
-                         std::optional<VolumeKind> stated) {
-  const bool scalar_by_rule = stored.type == VoxelType::kI16 || stored.type == VoxelType::kF32;
+                         std::optional<VolumeKind> stated, FloatLabels floats, std::string_view type_name) {
+  const bool is_float = stored.is_float64 || stored.type == VoxelType::kF32;
+  const bool scalar_by_rule = is_float || stored.type == VoxelType::kI16;
   const VolumeKind by_rule = scalar_by_rule ? VolumeKind::kScalars : VolumeKind::kLabels;
   const VolumeKind kind = hint.value_or(stated.value_or(by_rule));
-  const std::string found =
-      stored.is_signed ? fmt::format("i{}", 8 * size_of(stored.type)) : std::string(name_of(stored.type));
+  const std::string found = type_name.empty() ? name_of(stored) : std::string(type_name);
   if (kind == VolumeKind::kLabels) {
-    if (stored.type == VoxelType::kF32) throw_input_error(file, "voxel type", "integer labels", "f32");
+    if (is_float && floats == FloatLabels::kRefused) throw_input_error(file, "voxel type", "integer labels", found);
+    if (is_float) return {size_of(stored.type) == 8 ? VoxelType::kU64 : VoxelType::kU32, kind, false, true};
     const VoxelType type = stored.type == VoxelType::kI16 ? VoxelType::kU16 : stored.type;
     return {type, kind, stored.is_signed};
   }
   const bool wide = stored.type == VoxelType::kU32 || stored.type == VoxelType::kU64;
   if (wide || (stored.is_signed && stored.type == VoxelType::kU8)) {
-    throw_input_error(file, "voxel type", "scalars of type u8, u16, i16 or f32", found);
+    throw_input_error(file, "voxel type", "scalars of type u8, u16, i16 or f32",
+                      fmt::format("{} (if the voxels are labels, say so with --kind labels; else convert them to f32)", found));
   }
   return {stored.type, kind, false};
 }
@@ -96,17 +131,25 @@ Steps check_steps(const VolumePath& path, std::string_view position, std::uint64
   return {first, end ? *end - first : 1};
 }
 
-void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width) {
+void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width,
+                            const Box* box) {
   switch (width) {
-    case 1:
-      return reject_negative<std::int8_t>(file, voxels);
-    case 2:
-      return reject_negative<std::int16_t>(file, voxels);
-    case 4:
-      return reject_negative<std::int32_t>(file, voxels);
-    default:
-      return reject_negative<std::int64_t>(file, voxels);
+    case 1: return reject_negative<std::int8_t>(file, voxels, box);
+    case 2: return reject_negative<std::int16_t>(file, voxels, box);
+    case 4: return reject_negative<std::int32_t>(file, voxels, box);
+    default: return reject_negative<std::int64_t>(file, voxels, box);
   }
+}
+
+void labels_from_floats(const std::string& file, std::span<std::byte> voxels, std::size_t width, const Box& box) {
+  if (width == sizeof(float)) return convert_labels<float, std::uint32_t>(file, voxels, box);
+  convert_labels<double, std::uint64_t>(file, voxels, box);
+}
+
+bool has_ending(std::string_view name, std::string_view ending) {
+  if (name.size() < ending.size()) return false;
+  return std::equal(ending.begin(), ending.end(), name.end() - static_cast<std::ptrdiff_t>(ending.size()),
+                    [](char small, char any) { return small == std::tolower(static_cast<unsigned char>(any)); });
 }
 
 std::optional<double> metres_of(std::string_view unit) {

@@ -39,23 +39,33 @@ struct VolumePath {
 /// Throws OutputError "FILE: cannot write: REASON".
 [[noreturn]] void throw_output_error(const std::string& file, std::string_view reason);
 
-/// A voxel type as stored; signed integers of 8, 32 and 64 bits carry the unsigned type of their width.
+/// A voxel type as stored; signed integers of 8, 32 and 64 bits carry the unsigned type of their width, and so do
+/// floats of 64 bits.
 struct StoredType {
   VoxelType type;
   bool is_signed = false;
+  bool is_float64 = false;
 };
+/// "i8", "f64", ...
+std::string name_of(const StoredType& stored);
 
 struct Interpretation {
   VoxelType type;
   VolumeKind kind;
   bool reject_negative = false;  ///< stored signed, read as unsigned labels: a negative voxel is an error
+  bool whole_numbers = false;    ///< stored as floats, read as labels: see labels_from_floats
 };
 
+/// Whether a reader turns floats into labels (Interpretation::whole_numbers).
+enum class FloatLabels { kRefused, kConverted };
+
 /// Settles what a stored type means: the caller's hint goes before what the file states, and that before the
-/// rule "unsigned types are labels, i16 and f32 scalars". Throws for f32 labels and for scalars of other
-/// types than u8, u16, i16, f32.
+/// rule "unsigned types are labels, i16 and floats scalars". Floats that are labels become u32 or u64, the unsigned type
+/// of their width. Throws for scalars of other types than u8, u16, i16, f32. `type_name` is the file's own name of the
+/// type for errors; empty: name_of(stored).
 Interpretation interpret(const std::string& file, StoredType stored, std::optional<VolumeKind> hint,
-                         std::optional<VolumeKind> stated);
+                         std::optional<VolumeKind> stated, FloatLabels floats = FloatLabels::kRefused,
+                         std::string_view type_name = {});
 
 /// Checks (X, Y, Z): no axis is empty and the voxels take at most 2^48 bytes, so that later products cannot
 /// overflow.
@@ -73,7 +83,17 @@ Extent check_extent(const std::string& file, std::string_view position, const st
                     std::uint64_t count, VoxelType type);
 
 /// Throws if a voxel of a volume stored as signed integers of `width` bytes (native order) is negative.
-void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width);
+/// `box`: which voxels of the volume they are, for the error; null: unknown.
+void reject_negative_voxels(const std::string& file, std::span<const std::byte> voxels, std::size_t width,
+                            const Box* box = nullptr);
+
+/// Turns floats of `width` bytes (4 or 8, native order), the voxels of `box`, into unsigned integers of that width, in
+/// place. Throws InputError with value and voxel for what is no label: a fraction, a negative number, NaN, and what is
+/// beyond 2^24 (2^53), above which floats of 32 (64) bits leave integers out.
+void labels_from_floats(const std::string& file, std::span<std::byte> voxels, std::size_t width, const Box& box);
+
+/// Whether a name ends so, without regard to case. `ending` is in small letters.
+bool has_ending(std::string_view name, std::string_view ending);
 
 /// Metres of a unit of length ("m", "cm", "mm", "um", "nm", "angstrom" and their usual spellings).
 std::optional<double> metres_of(std::string_view unit);

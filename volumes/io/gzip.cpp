@@ -4,7 +4,7 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
+#include <limits>
 #include <new>
 #include <vector>
 
@@ -18,6 +18,7 @@ constexpr int kGzipWindow = 15 + 16;
 constexpr std::size_t kPiece = std::size_t{1} << 18;
 constexpr std::size_t kMaximumStep = std::size_t{1} << 30;
 constexpr std::uint64_t kMaximumRatio = 1032;
+constexpr std::uint64_t kMaximumSurplus = std::uint64_t{1} << 30;  // counted for the error, then given up
 
 class Inflater {
  public:
@@ -27,6 +28,22 @@ class Inflater {
   ~Inflater() { inflateEnd(&state_); }
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
+
+  /// Leaves out bytes as far as the stream goes and returns their number.
+  std::uint64_t skip(std::uint64_t count) {
+    std::vector<std::byte> unused(std::min<std::uint64_t>(count, kPiece));
+    std::uint64_t done = 0;
+    for (std::size_t got = 1; done < count && got > 0; done += got)
+      got = read(std::span(unused).first(std::min<std::uint64_t>(count - done, unused.size())));
+    return done;
+  }
+
+  /// To be called when nothing is left to read: the stream must be the last thing in its file.
+  void expect_end() const {
+    if (consumed_ == stream_.size()) return;
+    throw_input_error(file_, fmt::format("byte {} of the gzip stream", consumed_), "the end of the file",
+                      fmt::format("{} bytes behind the gzip stream", stream_.size() - consumed_));
+  }
 
   /// Fills `out` as far as the stream goes and returns the number of bytes.
   std::size_t read(std::span<std::byte> out) {
@@ -71,6 +88,11 @@ class Inflater {
   z_stream state_{};
 };
 
+[[noreturn]] void throw_short(const std::string& file, std::uint64_t expected, std::uint64_t found) {
+  throw_input_error(file, "gzip stream", fmt::format("{} inflated bytes", expected),
+                    fmt::format("the end of the stream after {}", found));
+}
+
 }  // namespace
 
 bool is_gzip(std::span<const std::byte> bytes) {
@@ -84,26 +106,32 @@ void check_inflatable(const std::string& file, std::uint64_t compressed, std::ui
   }
 }
 
-void inflate_range(const std::string& file, std::span<const std::byte> stream, std::uint64_t skip,
-                   std::span<std::byte> out) {
+void inflate_start(const std::string& file, std::span<const std::byte> stream, std::span<std::byte> out) {
   Inflater inflater(file, stream);
-  std::vector<std::byte> unused(std::min<std::uint64_t>(skip, kPiece));
-  for (std::uint64_t left = skip; left > 0;) {
-    const std::size_t step = std::min<std::uint64_t>(left, unused.size());
-    const std::size_t got = inflater.read(std::span(unused).first(step));
-    if (got < step) {
-      throw_input_error(file, "", fmt::format("{} inflated bytes before the voxels", skip),
-                        fmt::format("{}", skip - left + got));
-    }
-    left -= step;
-  }
   const std::size_t got = inflater.read(out);
-  if (got < out.size()) {
-    throw_input_error(file, "", fmt::format("{} inflated bytes", skip + out.size()),
-                      fmt::format("the end of the stream after {}", skip + got));
+  if (got < out.size()) throw_short(file, out.size(), got);
+}
+
+void inflate_exactly(const std::string& file, std::span<const std::byte> stream, std::uint64_t before,
+                     std::span<std::byte> out, std::uint64_t after) {
+  const std::uint64_t all = before + out.size() + after;
+  Inflater inflater(file, stream);
+  std::uint64_t got = inflater.skip(before);
+  if (got == before) got += inflater.read(out);
+  if (got == before + out.size()) got += inflater.skip(after);
+  if (got < all) throw_short(file, all, got);
+  if (const std::uint64_t surplus = inflater.skip(kMaximumSurplus); surplus > 0) {
+    throw_input_error(file, "gzip stream", fmt::format("{} inflated bytes", all),
+                      fmt::format("{}{}", surplus == kMaximumSurplus ? "at least " : "", all + surplus));
   }
-  std::array<std::byte, 1> behind;
-  inflater.read(behind);  // makes zlib compare the checksum when the stream ends here
+  inflater.expect_end();
+}
+
+std::uint64_t inflated_size(const std::string& file, std::span<const std::byte> stream) {
+  Inflater inflater(file, stream);
+  const std::uint64_t size = inflater.skip(std::numeric_limits<std::uint64_t>::max());
+  inflater.expect_end();
+  return size;
 }
 
 Buffer inflate_all(const std::string& file, std::span<const std::byte> stream, std::uint64_t limit) {
@@ -118,7 +146,10 @@ Buffer inflate_all(const std::string& file, std::span<const std::byte> stream, s
     if (bytes.size() > limit) {
       throw_input_error(file, "", fmt::format("at most {} inflated bytes", limit), fmt::format("more"));
     }
-    if (got < step) return bytes;
+    if (got < step) {
+      inflater.expect_end();
+      return bytes;
+    }
   }
 }
 

@@ -20,11 +20,18 @@ bool is_gzip(std::span<const std::byte> bytes);
 /// Throws InputError if `compressed` bytes cannot hold `needed` bytes.
 void check_inflatable(const std::string& file, std::uint64_t compressed, std::uint64_t needed);
 
-/// Leaves out `skip` bytes of the inflated stream and fills `out` with the next ones; if the stream ends
-/// there, its checksum is verified too. Throws InputError that names `file` if the stream is damaged or too
-/// short.
-void inflate_range(const std::string& file, std::span<const std::byte> stream, std::uint64_t skip,
-                   std::span<std::byte> out);
+/// Fills `out` with the first bytes of the inflated stream, whatever follows. Throws InputError that names `file` if the
+/// stream is damaged or too short.
+void inflate_start(const std::string& file, std::span<const std::byte> stream, std::span<std::byte> out);
+
+/// Leaves out `before` bytes of the inflated stream, fills `out` with the next ones, and expects exactly `after` more
+/// bytes, the right checksums and the end of the file behind them. Throws InputError that names `file` and both numbers
+/// if the stream is damaged, too short or too long, or followed by anything.
+void inflate_exactly(const std::string& file, std::span<const std::byte> stream, std::uint64_t before,
+                     std::span<std::byte> out, std::uint64_t after);
+
+/// The length of the inflated stream, which nothing follows; everything is inflated once for it. Throws like inflate_exactly.
+std::uint64_t inflated_size(const std::string& file, std::span<const std::byte> stream);
 
 /// The whole inflated stream, checksum verified; throws InputError if it is damaged or longer than `limit`
 /// bytes.

@@ -25,7 +25,7 @@ struct Format {
 
   bool matches(const std::string& file) const {
     return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) {
-      return !ending.empty() && file.size() > ending.size() && file.ends_with(ending);
+      return !ending.empty() && file.size() > ending.size() && has_ending(file, ending);
     });
   }
 };
@@ -81,15 +81,40 @@ Chosen choose(const std::string& path) {
   return may_be_folder && is_precomputed_path(path) ? Chosen{&kPrecomputed, {path, {}, {}}} : file;
 }
 
+/// What a name that no format matches looks like, and what to do about it.
+std::string describe_name(const std::string& path) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path, ignored);
+  if (path.empty()) return "an empty name";
+  if (std::filesystem::is_directory(status)) return "a folder without a file info";
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return "a device, pipe or socket";
+  if (path.ends_with(']') && path.find('[') != std::string::npos)
+    return fmt::format("'{}' (steps are written [T] or [A:B] with numbers from 0)", path.substr(path.rfind('[')));
+  for (const std::string_view pair : {".hdr", ".img", ".hdr.gz", ".img.gz"}) {
+    if (has_ending(path, pair)) return fmt::format("'{}', one of a NIfTI or Analyze pair: convert it to one .nii file", pair);
+  }
+  const std::string ending = std::filesystem::path(path).extension().string();
+  return ending.empty() ? "a name without an ending" : fmt::format("the ending '{}'", ending);
+}
+
 Chosen choose_or_throw(const std::string& path) {
   Chosen chosen = choose(path);
   if (chosen.format == nullptr) {
-    std::error_code ignored;
     throw_input_error(
         path, "", "a name ending in .h5, .hdf5, .nrrd, .nhdr, .nii, .nii.gz, .raw, or a precomputed folder",
-        std::filesystem::is_directory(path, ignored) ? "a folder without a file info" : "another name");
+        describe_name(path));
   }
   return chosen;
+}
+
+/// The same for a volume to be written: an existing folder becomes a precomputed one only when its name says so.
+Chosen choose_output(const std::string& path) {
+  std::error_code ignored;
+  if (choose(path).format == nullptr && std::filesystem::is_directory(path, ignored)) {
+    throw_input_error(path, "", "the name of a file, or of a precomputed folder with a slash at its end",
+                      fmt::format("a folder; type {}/ for a precomputed one, or {}/NAME.h5 for a file in it", path, path));
+  }
+  return choose_or_throw(path);
 }
 
 }  // namespace
@@ -108,7 +133,7 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOpt
 }
 
 void write_volume(const std::string& path, const VolumeSource& source) {
-  const Chosen chosen = choose_or_throw(path);
+  const Chosen chosen = choose_output(path);
   if (chosen.path.steps) throw_input_error(path, "", "a name without steps: a series is written whole", "[...]");
   const VolumeInfo& info = source.info();
   check_extent(path, "", {info.extent.x, info.extent.y, info.extent.z}, info.type);

@@ -1,19 +1,15 @@
-// Opens NRRD volumes by their parsed header, and writes them attached or detached; the format facts are in
-// nrrd.hpp.
+// Opens NRRD volumes by their parsed header; the format facts are in nrrd.hpp.
 #include "volumes/io/nrrd.hpp"
 
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <algorithm>
 
-#include "volumes/io/array_source.hpp"
-#include "volumes/io/gzip.hpp"
+#include "volumes/io/named_file.hpp"
 
 namespace cvr::volumes {
 
 namespace {
-
-constexpr int kGzipLevel = 6;
 
 /// The offset behind `lines` lines, counted from `offset`.
 std::uint64_t skip_lines(const MappedFile& file, std::uint64_t offset, std::uint64_t lines) {
@@ -28,35 +24,38 @@ std::uint64_t skip_lines(const MappedFile& file, std::uint64_t offset, std::uint
   return offset;
 }
 
-ArrayLayout layout_of(const NrrdHeader& header, const MappedFile& data, std::uint64_t voxel_bytes) {
-  ArrayLayout layout{.big_endian = header.big_endian};
-  const std::uint64_t start = header.data_file.empty() ? header.data_offset : 0;
-  const std::uint64_t behind_lines = skip_lines(data, start, header.line_skip);
+ArrayLayout layout_of(const NrrdHeader& header, const MappedFile& data) {
+  const std::uint64_t behind_lines = skip_lines(data, header.data_file.empty() ? header.data_offset : 0, header.line_skip);
   const auto skip = static_cast<std::uint64_t>(std::max<std::int64_t>(header.byte_skip, 0));
-  if (header.encoding == NrrdEncoding::kGzip) {
-    layout.gzip_start = behind_lines;
-    layout.offset = skip;
-    return layout;
-  }
-  const std::uint64_t size = data.bytes().size();
-  if (header.byte_skip < 0) {
-    if (voxel_bytes > size - start) {
-      throw_input_error(data.path(), "byte skip -1", fmt::format("{} bytes of voxels", voxel_bytes),
-                        fmt::format("a file of {} bytes", size));
-    }
-    layout.offset = size - voxel_bytes;
-  } else {
-    layout.offset = behind_lines + skip;
+  ArrayLayout layout{.encoding = header.encoding,
+                     .at_end = header.byte_skip < 0,
+                     .big_endian = header.big_endian && header.encoding != ArrayEncoding::kText,
+                     .stored = header.type};
+  switch (header.encoding) {
+    case ArrayEncoding::kPlain:
+      layout.offset = behind_lines + skip;
+      break;
+    case ArrayEncoding::kGzip:
+      layout.start = behind_lines;
+      layout.offset = skip;
+      break;
+    case ArrayEncoding::kHex:
+    case ArrayEncoding::kText:
+      layout.start = std::min<std::uint64_t>(behind_lines + skip, data.bytes().size());
+      break;
   }
   return layout;
 }
 
-void write_voxels(OutputFile& output, const VolumeSource& source, NrrdEncoding encoding) {
-  const auto plain = [&output](std::span<const std::byte> bytes) { output.write(bytes); };
-  if (encoding == NrrdEncoding::kRaw) return for_each_slab(source, plain);
-  GzipWriter gzip(plain, kGzipLevel);
-  for_each_slab(source, [&gzip](std::span<const std::byte> slab) { gzip.write(slab); });
-  gzip.finish();
+/// The file of the voxels: the header's own, or the one that it names.
+MappedFile open_data(MappedFile file, const NrrdHeader& header, const OpenOptions& options) {
+  if (header.data_file.empty()) return file;
+  const std::string_view behind = file.text().substr(header.data_offset);
+  if (behind.find_first_not_of(" \t\r\n") != std::string_view::npos) {
+    throw_input_error(file.path(), header.line_of("data file"), "nothing behind a header that names a data file",
+                      fmt::format("{} bytes there", behind.size()));
+  }
+  return MappedFile(named_file(file.path(), header.line_of("data file"), header.data_file, options));
 }
 
 }  // namespace
@@ -64,53 +63,21 @@ void write_voxels(OutputFile& output, const VolumeSource& source, NrrdEncoding e
 std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options) {
   MappedFile file(path.file);
   const NrrdHeader header = parse_nrrd_header(path.file, file.text());
-  const Interpretation meaning = interpret(path.file, header.type, options.kind, header.kind);
-  const Steps steps = check_steps(path, "sizes", header.steps);
-  const std::uint64_t stored_steps = std::max<std::uint64_t>(header.steps, 1);
-  const Extent whole = check_extent(path.file, "sizes", header.size, stored_steps, meaning.type);
-  const VolumeInfo info{.extent = {whole.x, whole.y, whole.z / stored_steps * steps.count},
-                        .type = meaning.type,
-                        .kind = meaning.kind,
-                        .voxel_size = header.voxel_size,
-                        .voxel_unit = header.voxel_unit,
-                        .time_steps = steps.count};
-  MappedFile data =
-      header.data_file.empty()
-          ? std::move(file)
-          : MappedFile((std::filesystem::path(path.file).parent_path() / header.data_file).string());
-  ArrayLayout layout = layout_of(header, data, whole.voxels() * size_of(info.type));
-  layout.offset += steps.first * (info.bytes() / steps.count);
+  const Interpretation meaning = interpret(path.file, header.type, options.kind, header.kind, FloatLabels::kConverted,
+                                           header.type.is_float64 ? fmt::format("float64 (NRRD type {})", header.type_name) : "");
+  const NrrdGeometry geometry = nrrd_geometry(path.file, header, meaning.type, options);
+  VolumeInfo info{.extent = {},
+                  .type = meaning.type,
+                  .kind = meaning.kind,
+                  .voxel_size = geometry.voxel_size,
+                  .voxel_unit = geometry.voxel_unit,
+                  .offset = geometry.offset};
+  MappedFile data = open_data(std::move(file), header, options);
+  ArrayLayout layout = layout_of(header, data);
   layout.reject_negative = meaning.reject_negative;
-  return open_array(std::move(data), info, layout, header.provenance);
-}
-
-void write_nrrd(const std::string& path, const VolumeSource& source, NrrdEncoding encoding) {
-  const VolumeInfo& info = source.info();
-  for (const std::string_view forbidden : {"\"", "\n"}) {
-    if (info.voxel_unit.find(forbidden) != std::string::npos) {
-      throw_input_error(path, "units", "a unit without quotation marks and line ends", info.voxel_unit);
-    }
-  }
-  OutputFile file(path);
-  if (!path.ends_with(".nhdr")) {
-    file.write(nrrd_header_text(info, source.provenance(), encoding, ""));
-    write_voxels(file, source, encoding);
-    return file.commit();
-  }
-  OutputFile data(path + (encoding == NrrdEncoding::kRaw ? ".bin" : ".bin.gz"));
-  write_voxels(data, source, encoding);
-  data.close();
-  const std::string data_name = std::filesystem::path(data.path()).filename().string();
-  file.write(nrrd_header_text(info, source.provenance(), encoding, data_name));
-  file.close();
-  // Both are complete. Without a header the new data cannot be read with the old one's sizes.
-  std::filesystem::remove(path);
-  data.commit();
-  file.commit();
-}
-
-void write_nrrd(const VolumePath& path, const VolumeSource& source) {
-  write_nrrd(path.file, source, path.file.ends_with(".nhdr") ? NrrdEncoding::kRaw : NrrdEncoding::kGzip);
+  layout.whole_numbers = meaning.whole_numbers;
+  apply_axes(path, header.line_of("sizes"), geometry.axes, info, layout);
+  return open_array(std::move(data), info, layout, header.provenance, {path.file});
 }
 
 }  // namespace cvr::volumes

@@ -1,4 +1,4 @@
-// The line-by-line parser and the writer of NRRD headers; nrrd.hpp says what is understood.
+// The line-by-line parser of NRRD headers; nrrd.hpp says what is understood.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <map>
 #include <vector>
 
+#include "volumes/io/content.hpp"
 #include "volumes/io/nrrd.hpp"
 
 namespace cvr::volumes {
@@ -15,6 +16,7 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::size_t kMaximumHeader = 1 << 20;
+constexpr std::size_t kMaximumDimension = 16;  // NRRD_DIM_MAX
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r");
@@ -62,12 +64,6 @@ std::string unescaped(std::string_view text) {
   return result;
 }
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) result += c == '\n' ? "\\n" : c == '\\' ? "\\\\" : std::string(1, c);
-  return result;
-}
-
 std::optional<StoredType> stored_type(const std::string& name) {
   struct Names {
     StoredType type;
@@ -87,6 +83,7 @@ std::optional<StoredType> stored_type(const std::string& name) {
       {{VoxelType::kU64, false},
        {"ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"}},
       {{VoxelType::kF32, false}, {"float"}},
+      {{VoxelType::kU64, false, true}, {"double"}},
   };
   for (const Names& entry : kNames) {
     if (std::find(entry.names.begin(), entry.names.end(), name) != entry.names.end()) return entry.type;
@@ -105,8 +102,8 @@ class HeaderParser {
       if (line_.front() == '#') continue;
       const std::size_t colon = line_.find(':');
       if (colon == std::string_view::npos) fail("'field: description', 'key:=value' or a comment", line_);
-      if (colon + 1 < line_.size() && line_[colon + 1] == '=') {
-        key(line_.substr(0, colon), line_.substr(colon + 2));
+      if (const std::size_t key_end = line_.find(":="); key_end != std::string_view::npos && key_end <= line_.find(": ")) {
+        key(line_.substr(0, key_end), line_.substr(key_end + 2));
       } else {
         field(lower(trimmed(line_.substr(0, colon))), trimmed(line_.substr(colon + 1)));
       }
@@ -138,10 +135,8 @@ class HeaderParser {
   void magic() {
     number_ = 1;
     if (!text_.starts_with("NRRD000")) {
-      const std::string_view start = text_.substr(0, 8);
-      const bool printable =
-          std::all_of(start.begin(), start.end(), [](char c) { return c >= ' ' && c <= '~'; });
-      fail("the magic NRRD0001 to NRRD0005", printable ? start : "other bytes");
+      throw_input_error(file_, "line 1", "the magic NRRD0001 to NRRD0005 of an NRRD file",
+                        describe_content(std::as_bytes(std::span(text_))));
     }
     number_ = 0;
     next_line();
@@ -152,12 +147,13 @@ class HeaderParser {
   template <class T>
   T number(std::string_view text, std::string_view expected) const {
     T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) fail(expected, text);
+    const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error != std::errc() || end != digits.data() + digits.size()) fail(expected, text);
     return value;
   }
 
-  void field(const std::string& name, std::string_view value) {
+  void field(const std::string& written, std::string_view value) {
     using Handler = void (HeaderParser::*)(std::string_view);
     static const std::map<std::string, Handler> kHandlers{
         {"dimension", &HeaderParser::dimension},
@@ -166,54 +162,71 @@ class HeaderParser {
         {"encoding", &HeaderParser::encoding},
         {"endian", &HeaderParser::endian},
         {"data file", &HeaderParser::data_file},
-        {"datafile", &HeaderParser::data_file},
         {"line skip", &HeaderParser::line_skip},
-        {"lineskip", &HeaderParser::line_skip},
         {"byte skip", &HeaderParser::byte_skip},
-        {"byteskip", &HeaderParser::byte_skip},
         {"spacings", &HeaderParser::spacings},
         {"space directions", &HeaderParser::space_directions},
+        {"space origin", &HeaderParser::space_origin},
         {"units", &HeaderParser::units},
         {"space units", &HeaderParser::space_units},
         {"kinds", &HeaderParser::kinds},
+        {"space", &HeaderParser::space},
         {"space dimension", &HeaderParser::space_dimension},
     };
-    static const std::vector<std::string_view> kDescriptive{
-        "content",           "number",       "min",        "max",        "old min",     "oldmin",
-        "old max",           "oldmax",       "centers",    "centerings", "thicknesses", "axis mins",
-        "axismins",          "axis maxs",    "axismaxs",   "labels",     "space",       "space origin",
-        "measurement frame", "sample units", "sampleunits"};
-    if (const auto handler = kHandlers.find(name); handler != kHandlers.end()) {
-      if (!seen_.emplace(name, number_).second) fail("each field once", name);
-      (this->*handler->second)(value);
-    } else if (std::find(kDescriptive.begin(), kDescriptive.end(), name) == kDescriptive.end()) {
-      fail("a field that this reader knows", name);
-    }
+    static const std::map<std::string_view, std::string_view> kAliases{
+        {"datafile", "data file"}, {"lineskip", "line skip"},     {"byteskip", "byte skip"}, {"oldmin", "old min"},
+        {"oldmax", "old max"},     {"centerings", "centers"},     {"axismins", "axis mins"}, {"axismaxs", "axis maxs"},
+        {"blocksize", "block size"}, {"sampleunits", "sample units"}};
+    static constexpr std::array<std::string_view, 15> kDescriptive{
+        "content", "number",      "min",       "max",       "old min", "old max",           "centers",     "thicknesses",
+        "labels",  "axis mins",   "axis maxs", "block size", "measurement frame", "sample units", "data order"};
+    const auto alias = kAliases.find(written);
+    const std::string name(alias == kAliases.end() ? written : alias->second);
+    const auto handler = kHandlers.find(name);
+    if (handler == kHandlers.end() && std::ranges::find(kDescriptive, name) == kDescriptive.end())
+      fail("a field that this reader knows", written);
+    if (const auto [first, fresh] = header_.lines.emplace(name, number_); !fresh)
+      fail(fmt::format("each field once ('{}' is in line {})", name, first->second), line_);
+    if (handler != kHandlers.end()) (this->*handler->second)(value);
   }
 
   void key(std::string_view name, std::string_view value) {
+    if (const auto [first, fresh] = keys_.emplace(name, number_); !fresh)
+      fail(fmt::format("each key once ('{}' is in line {})", name, first->second), line_);
     const std::string text = unescaped(value);
-    if (name == "kind") {
-      header_.kind = volume_kind_from_name(text);
-      if (!header_.kind) fail("kind:=labels or kind:=scalars", value);
-    }
+    if (name == "kind") header_.kind = volume_kind_from_name(text);  // another program's key may have this name
     if (name == "name") header_.provenance.name = text;
     if (name == "source") header_.provenance.source = text;
     if (name == "licence") header_.provenance.licence = text;
   }
 
   void dimension(std::string_view value) {
-    if (value != "3" && value != "4") fail("dimension 3, or 4 for a series", value);
-    axes_ = value == "3" ? 3 : 4;
+    axes_ = number<std::size_t>(value, "a dimension of 1 to 16");
+    if (axes_ < 1 || axes_ > kMaximumDimension) fail("a dimension of 1 to 16", value);
+  }
+
+  void space(std::string_view value) {
+    static constexpr std::array<std::string_view, 4> kFour{"time", "rast", "last", "lpst"};
+    const std::string name = lower(value);
+    const bool with_time = std::ranges::any_of(kFour, [&](std::string_view end) { return name.ends_with(end); });
+    set_space_dimension(with_time ? 4 : 3, value);
   }
   void space_dimension(std::string_view value) {
-    if (value != "3") fail("space dimension 3", value);
+    const auto dimension = number<std::size_t>(value, "a space dimension of 1 to 16");
+    if (dimension < 1 || dimension > kMaximumDimension) fail("a space dimension of 1 to 16", value);
+    set_space_dimension(dimension, value);
+  }
+  void set_space_dimension(std::size_t dimension, std::string_view value) {
+    if (header_.space_dimension.value_or(dimension) != dimension)
+      fail(fmt::format("a space of dimension {}, as before", *header_.space_dimension), value);
+    header_.space_dimension = dimension;
   }
 
   void type(std::string_view value) {
     const auto type = stored_type(lower(value));
-    if (!type) fail("an integer type or float", value);
+    if (!type) fail("an integer type, float or double", value);
     header_.type = *type;
+    header_.type_name = value;
   }
 
   std::vector<std::string_view> words_of_axes(std::string_view value) const {
@@ -223,22 +236,16 @@ class HeaderParser {
   }
 
   void sizes(std::string_view value) {
-    const auto words = words_of_axes(value);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      header_.size[axis] = number<std::uint64_t>(words[axis], "a size");
-    if (axes_ == 4) header_.steps = number<std::uint64_t>(words[3], "a number of steps");
-    if (axes_ == 4 && header_.steps == 0) fail("at least one step", value);
+    for (const std::string_view word : words_of_axes(value)) header_.sizes.push_back(number<std::uint64_t>(word, "a size"));
   }
 
   void encoding(std::string_view value) {
-    const std::string name = lower(value);
-    if (name == "raw") {
-      header_.encoding = NrrdEncoding::kRaw;
-    } else if (name == "gz" || name == "gzip") {
-      header_.encoding = NrrdEncoding::kGzip;
-    } else {
-      fail("encoding raw or gzip", value);
-    }
+    static const std::map<std::string_view, ArrayEncoding> kEncodings{
+        {"raw", ArrayEncoding::kPlain}, {"gz", ArrayEncoding::kGzip},   {"gzip", ArrayEncoding::kGzip}, {"hex", ArrayEncoding::kHex},
+        {"txt", ArrayEncoding::kText},  {"text", ArrayEncoding::kText}, {"ascii", ArrayEncoding::kText}};
+    const auto found = kEncodings.find(lower(value));
+    if (found == kEncodings.end()) fail("encoding raw, gzip, hex or ascii (others are rewritten by 'unu save -f nrrd -e gzip')", value);
+    header_.encoding = found->second;
   }
 
   void endian(std::string_view value) {
@@ -248,8 +255,12 @@ class HeaderParser {
   }
 
   void data_file(std::string_view value) {
-    const bool several = value.starts_with("LIST") || value.find('%') != std::string_view::npos;
-    if (value.empty() || several) fail("the name of one data file", value);
+    const auto words = words_of(value);
+    const bool list = !words.empty() && words.size() <= 2 && words[0] == "LIST";
+    const std::size_t percent = value.find('%');
+    const std::size_t conversion = percent == std::string_view::npos ? percent : value.find_first_not_of("0123456789", percent + 1);
+    const bool pattern = words.size() >= 4 && conversion != std::string_view::npos && value[conversion] == 'd';
+    if (value.empty() || list || pattern) fail("the name of one data file (join several with 'unu join' or 'unu save')", value);
     header_.data_file = value;
   }
 
@@ -269,73 +280,68 @@ class HeaderParser {
   }
 
   void spacings(std::string_view value) {
-    const auto words = words_of_axes(value);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      header_.voxel_size[axis] = spacing(number<double>(words[axis], "a spacing"), words[axis]);
-    }
+    for (const std::string_view word : words_of_axes(value))
+      header_.spacings.push_back(spacing(number<double>(word, "a spacing"), word));
+  }
+
+  /// The numbers of "(a,b,c)", of which all vectors of a header have equally many.
+  std::vector<double> vector_of(std::string_view text, std::string_view value) {
+    std::string inner(text);
+    std::replace(inner.begin(), inner.end(), ',', ' ');
+    std::vector<double> numbers;
+    for (const std::string_view word : words_of(inner)) numbers.push_back(number<double>(word, "a number"));
+    if (std::ranges::any_of(numbers, [](double n) { return std::isinf(n); })) fail("finite numbers", value);
+    const std::size_t dimension = header_.space_dimension.value_or(numbers.size());
+    if (numbers.empty() || numbers.size() != dimension)
+      fail(fmt::format("vectors of {} numbers, as the space has axes", dimension), value);
+    header_.space_dimension = dimension;
+    return numbers;
   }
 
   void space_directions(std::string_view value) {
-    std::size_t at = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::size_t open = value.find('(', at);
-      const std::size_t close = value.find(')', at);
-      if (open == std::string_view::npos || close == std::string_view::npos || close < open ||
-          !trimmed(value.substr(at, open - at)).empty()) {
-        fail("three vectors (a,b,c)", value);
-      }
-      std::string inner(value.substr(open + 1, close - open - 1));
-      std::replace(inner.begin(), inner.end(), ',', ' ');
-      const auto parts = words_of(inner);
-      if (parts.size() != 3) fail("three vectors (a,b,c)", value);
-      const std::array<double, 3> v{number<double>(parts[0], "a number"),
-                                    number<double>(parts[1], "a number"),
-                                    number<double>(parts[2], "a number")};
-      header_.voxel_size[axis] = spacing(std::hypot(v[0], v[1], v[2]), value);
-      at = close + 1;
+    const std::string expected = fmt::format("{} vectors (a,b,c) or none, one an axis", axes_);
+    for (std::size_t at = value.find_first_not_of(" \t"); at != std::string_view::npos;) {
+      const bool vector = value[at] == '(';
+      const std::size_t end = vector ? value.find(')', at) : std::min(value.find_first_of(" \t(", at), value.size());
+      if (end == std::string_view::npos) fail(expected, value);
+      if (!vector && lower(value.substr(at, end - at)) != "none") fail(expected, value);
+      std::vector<double> direction;
+      if (vector) direction = vector_of(value.substr(at + 1, end - at - 1), value);
+      header_.directions.push_back(std::move(direction));
+      at = value.find_first_not_of(" \t", end + (vector ? 1 : 0));
     }
-    const std::string_view time = axes_ == 4 ? "none" : "";
-    if (lower(trimmed(value.substr(at))) != time) {
-      fail(axes_ == 4 ? "three vectors (a,b,c) and none for the time" : "three vectors (a,b,c)", value);
-    }
+    if (header_.directions.size() != axes_) fail(expected, value);
   }
 
-  /// One an axis; that of the time is not read.
+  void space_origin(std::string_view value) {
+    if (!value.starts_with('(') || !value.ends_with(')')) fail("one vector (a,b,c)", value);
+    header_.space_origin = vector_of(value.substr(1, value.size() - 2), value);
+  }
+
   void units(std::string_view value) {
-    const auto texts = quoted_of(value);
-    if (texts.size() != axes_) fail(fmt::format("{} units in quotation marks", axes_), value);
-    set_unit(texts, value);
+    header_.units = quoted_of(value);
+    if (header_.units.size() != axes_) fail(fmt::format("{} units in quotation marks, one an axis", axes_), value);
   }
   void space_units(std::string_view value) {
-    const auto texts = quoted_of(value);
-    if (texts.size() != 3) fail("three units in quotation marks", value);
-    set_unit(texts, value);
-  }
-  void set_unit(const std::vector<std::string>& texts, std::string_view value) {
-    if (texts[0] != texts[1] || texts[1] != texts[2]) fail("the same unit on all axes", value);
-    header_.voxel_unit = texts[0] == "???" ? "" : texts[0];
+    header_.space_units = quoted_of(value);
+    if (header_.space_units.size() != header_.space_dimension.value_or(header_.space_units.size()))
+      fail(fmt::format("{} units in quotation marks, one an axis of the space", *header_.space_dimension), value);
   }
 
   void kinds(std::string_view value) {
-    const auto words = words_of_axes(value);
-    for (std::size_t axis = 0; axis < words.size(); ++axis) {
-      const std::string kind = lower(words[axis]);
-      if (kind == "none" || kind == "???") continue;
-      if (axis < 3 && kind != "domain" && kind != "space") fail("kinds domain or space", words[axis]);
-      if (axis == 3 && kind != "list" && kind != "time") fail("the kind list or time of the last axis", words[axis]);
-    }
+    for (const std::string_view word : words_of_axes(value)) header_.kinds.push_back(lower(word));
   }
 
   /// Errors about the header as a whole name its last line.
   void finish() const {
     for (const char* name : {"dimension", "type", "sizes", "encoding"}) {
-      if (!seen_.contains(name))
+      if (!header_.lines.contains(name))
         fail(fmt::format("the field '{}' before the end of the header", name), line_);
     }
-    if (axes_ == 4 && !seen_.contains("kinds")) fail("the field 'kinds', which says that the last axis is a list", line_);
-    if (size_of(header_.type.type) > 1 && !seen_.contains("endian")) fail("the field 'endian'", line_);
-    if (header_.byte_skip < 0 && header_.encoding != NrrdEncoding::kRaw)
-      fail("byte skip -1 only with raw", "gzip");
+    const bool ordered = size_of(header_.type.type) > 1 && header_.encoding != ArrayEncoding::kText;
+    if (ordered && !header_.lines.contains("endian")) fail("the field 'endian'", line_);
+    const bool text = header_.encoding == ArrayEncoding::kText || header_.encoding == ArrayEncoding::kHex;
+    if (header_.byte_skip < 0 && text) fail("byte skip -1 only with raw and gzip", "hex or ascii");
   }
 
   const std::string& file_;
@@ -343,55 +349,20 @@ class HeaderParser {
   std::size_t at_ = 0;
   std::size_t number_ = 0;
   std::string_view line_;
-  std::map<std::string, std::size_t> seen_;
-  std::size_t axes_ = 3;
+  std::map<std::string, std::size_t, std::less<>> keys_;
+  std::size_t axes_ = 0;
   NrrdHeader header_;
 };
 
-std::string_view type_name(VoxelType type) {
-  switch (type) {
-    case VoxelType::kU8:
-      return "uint8";
-    case VoxelType::kU16:
-      return "uint16";
-    case VoxelType::kU32:
-      return "uint32";
-    case VoxelType::kU64:
-      return "uint64";
-    case VoxelType::kI16:
-      return "int16";
-    case VoxelType::kF32:
-      return "float";
-  }
-  return "?";
-}
-
 }  // namespace
+
+std::string NrrdHeader::line_of(const std::string& field) const {
+  const auto line = lines.find(field);
+  return line == lines.end() ? field : fmt::format("line {}", line->second);
+}
 
 NrrdHeader parse_nrrd_header(const std::string& file, std::string_view text) {
   return HeaderParser(file, text).parse();
-}
-
-std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenance, NrrdEncoding encoding,
-                             const std::string& data_file) {
-  // Time is the last axis of a series, without spacing and unit.
-  const bool series = info.time_steps > 1;
-  const Extent step = info.step_extent();
-  std::string text =
-      fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes: {} {} {}{}\nspacings: {} {} {}{}\n", type_name(info.type),
-                  series ? 4 : 3, step.x, step.y, step.z, series ? fmt::format(" {}", info.time_steps) : "",
-                  info.voxel_size[0], info.voxel_size[1], info.voxel_size[2], series ? " nan" : "");
-  if (!info.voxel_unit.empty())
-    text += fmt::format("units: \"{0}\" \"{0}\" \"{0}\"{1}\n", info.voxel_unit, series ? " \"\"" : "");
-  text += fmt::format("kinds: domain domain domain{}\nendian: little\nencoding: {}\n", series ? " list" : "",
-                      encoding == NrrdEncoding::kRaw ? "raw" : "gzip");
-  if (!data_file.empty()) text += fmt::format("data file: {}\n", data_file);
-  text += fmt::format("kind:={}\n", name_of(info.kind));
-  if (!provenance.name.empty()) text += fmt::format("name:={}\n", escaped(provenance.name));
-  if (!provenance.source.empty()) text += fmt::format("source:={}\n", escaped(provenance.source));
-  if (!provenance.licence.empty()) text += fmt::format("licence:={}\n", escaped(provenance.licence));
-  if (data_file.empty()) text += "\n";
-  return text;
 }
 
 }  // namespace cvr::volumes

@@ -1,4 +1,4 @@
-#include "experiments/yaml_reader.hpp"
+#include "volumes/io/yaml.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <optional>
 #include <set>
-#include <sstream>
 
-namespace cvr::experiments {
+#include "volumes/io/file.hpp"
+
+namespace cvr::volumes {
 
 namespace {
 
@@ -31,12 +31,25 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+constexpr std::size_t kMaximumDocument = std::size_t{1} << 24;
+
+/// Whether a number is written like 010, which YAML 1.1 and C read as 8 and everybody else as 10.
+bool looks_octal(std::string_view text) {
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
+}
+
 template <class T>
 std::optional<T> parse_number(const std::string& text) {
   T value{};
+  if (looks_octal(text)) return std::nullopt;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+std::string_view unambiguous(const YAML::Node& node) {
+  return node.IsScalar() && looks_octal(node.Scalar()) ? " without a leading 0, which may mean octal" : "";
 }
 
 std::string place_of(const std::string& document, const YAML::Mark& mark) {
@@ -55,19 +68,22 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
 }
 
 YamlValue YamlValue::from_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(fmt::format("{}: expected a readable YAML file, found none", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || in.bad())
-    throw InputError(
-        fmt::format("{}: expected a readable YAML file, found a folder or an unreadable one", path));
-  return from_text(text.str(), path);
+  const MappedFile file(path);
+  if (file.bytes().size() > kMaximumDocument) {
+    throw InputError(fmt::format("{}: expected YAML of at most {} bytes, found {} bytes", path, kMaximumDocument,
+                                 file.bytes().size()));
+  }
+  return from_text(std::string(file.text()), path);
 }
 
 YamlValue YamlValue::from_text(const std::string& text, const std::string& document) {
   try {
-    return YamlValue(YAML::Load(text), document);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1) {
+      throw InputError(fmt::format("{}: expected one YAML document, found {}, of which '---' begins each",
+                                   place_of(document, documents[1].Mark()), documents.size()));
+    }
+    return YamlValue(documents.empty() ? YAML::Node() : documents[0], document);
   } catch (const YAML::ParserException& error) {
     throw InputError(fmt::format("{}: expected YAML, found: {}", place_of(document, error.mark), error.msg));
   }
@@ -106,14 +122,14 @@ std::string YamlValue::text(std::string_view what) const {
 std::uint64_t YamlValue::integer(std::uint64_t minimum, std::uint64_t maximum) const {
   const auto value = node_.IsScalar() ? parse_number<std::uint64_t>(node_.Scalar()) : std::nullopt;
   if (!value || *value < minimum || *value > maximum)
-    expected(fmt::format("an integer in {}..{}", minimum, maximum));
+    expected(fmt::format("an integer in {}..{}{}", minimum, maximum, unambiguous(node_)));
   return *value;
 }
 
 double YamlValue::number(double minimum, double maximum) const {
   const auto value = node_.IsScalar() ? parse_number<double>(node_.Scalar()) : std::nullopt;
   if (!value || !std::isfinite(*value) || *value < minimum || *value > maximum) {
-    expected(fmt::format("a number in {}..{}", minimum, maximum));
+    expected(fmt::format("a number in {}..{}{}", minimum, maximum, unambiguous(node_)));
   }
   return *value;
 }
@@ -166,4 +182,4 @@ void YamlValue::fields(const std::vector<Field>& known) const {
   }
 }
 
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes

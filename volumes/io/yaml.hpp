@@ -1,0 +1,66 @@
+// Strict reading of YAML: every node knows its place, every unexpected thing is an InputError
+// "FILE:LINE:COLUMN: expected ..., found ...". Unknown and repeated keys are errors, with the nearest known
+// key as a hint.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "volumes/error.hpp"
+
+namespace cvr::volumes {
+
+/// " (did you mean 'csgvr'?)" or "" if no candidate is near.
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
+
+class YamlValue {
+ public:
+  /// Throws InputError when the file cannot be read or is no YAML document.
+  static YamlValue from_file(const std::string& path);
+  /// `document` names the text in errors.
+  static YamlValue from_text(const std::string& text, const std::string& document);
+
+  /// "FILE:LINE:COLUMN".
+  std::string place() const;
+  [[noreturn]] void expected(std::string_view what) const;
+  [[noreturn]] void reject(std::string_view message) const;
+
+  bool is_list() const { return node_.IsSequence(); }
+  bool is_map() const { return node_.IsMap(); }
+  bool is_scalar() const { return node_.IsScalar(); }
+
+  std::string text(std::string_view what = "text") const;
+  std::uint64_t integer(std::uint64_t minimum, std::uint64_t maximum) const;
+  double number(double minimum, double maximum) const;
+  /// The elements; `what` they are; an empty list is an error.
+  std::vector<YamlValue> list(std::string_view what) const;
+  /// The elements of a list, or the value itself as the only one.
+  std::vector<YamlValue> list_or_one(std::string_view what) const;
+  /// Key and value in the order of the file. Repeated keys are an error; an empty map is allowed.
+  std::vector<std::pair<YamlValue, YamlValue>> entries() const;
+
+  struct Field {
+    std::string key;
+    std::function<void(const YamlValue&)> read;
+    bool required = false;
+  };
+  /// Reads a map with exactly these keys.
+  void fields(const std::vector<Field>& known) const;
+
+ private:
+  YamlValue(YAML::Node node, std::string document) : node_(std::move(node)), document_(std::move(document)) {}
+  std::string describe() const;
+
+  YAML::Node node_;
+  std::string document_;
+};
+
+}  // namespace cvr::volumes
