@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "volumes/io/gzip.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::volumes {
@@ -56,6 +57,14 @@ inline std::string plain_bytes(const Volume& volume) {
   return {reinterpret_cast<const char*>(volume.data()), volume.bytes().size()};
 }
 
+inline std::string gzipped(std::string_view bytes) {
+  std::string stream;
+  GzipWriter gzip([&](std::span<const std::byte> piece) { stream.append(reinterpret_cast<const char*>(piece.data()), piece.size()); }, 6);
+  gzip.write(std::as_bytes(std::span(bytes)));
+  gzip.finish();
+  return stream;
+}
+
 class IoTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -84,8 +93,11 @@ class IoTest : public testing::Test {
   /// Opening (and reading) must throw an InputError that names the file and says all of `parts`.
   void expect_error(const std::string& name, const std::vector<std::string>& parts,
                     std::optional<VolumeKind> kind = std::nullopt) const {
+    expect_error(name, parts, OpenOptions{.kind = kind, .axes = {}});
+  }
+  void expect_error(const std::string& name, const std::vector<std::string>& parts, const OpenOptions& options) const {
     try {
-      const auto source = open_volume(name, kind);
+      const auto source = open_volume(name, options);
       std::byte voxel[8];
       source->read({{0, 0, 0}, {1, 1, 1}}, voxel);
       ADD_FAILURE() << name << " was read";

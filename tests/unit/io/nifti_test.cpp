@@ -145,11 +145,21 @@ TEST_F(Nifti, RefusesWhatItCannotRead) {
   };
   refuse(HeaderBytes().put<float>(112, 2), {"scl_slope", "slope 2"});
   refuse(HeaderBytes().put<float>(112, 1).put<float>(116, -1024), {"intercept -1024"});
-  refuse(HeaderBytes().type(DT_FLOAT64, 64), {"datatype", "64"});
-  refuse(HeaderBytes().type(DT_RGB24, 24), {"datatype", "128"});
+  refuse(HeaderBytes().put<float>(112, 1).put<float>(116, NAN), {"intercept nan"});
+  refuse(HeaderBytes().put<float>(112, INFINITY), {"slope inf"});
+  refuse(HeaderBytes().type(DT_FLOAT64, 64), {"float64 (NIfTI code 64)", "--kind labels"});
+  refuse(HeaderBytes().type(DT_RGB24, 24), {"datatype", "RGB24 (NIfTI code 128)"});
+  refuse(HeaderBytes().type(DT_COMPLEX64, 64), {"complex64 (NIfTI code 32)"});
+  refuse(HeaderBytes().type(DT_FLOAT128, 128), {"float128 (NIfTI code 1536)"});
+  refuse(HeaderBytes().type(77, 8), {"an unknown type (NIfTI code 77)"});
   refuse(HeaderBytes().type(DT_UINT8, 16), {"bitpix", "16"});
   refuse(HeaderBytes().put<std::int32_t>(0, 540), {"sizeof_hdr 540"});
-  refuse(HeaderBytes().put<std::int16_t>(40, 9), {"dim[0]"});
+  refuse(HeaderBytes().put<std::int32_t>(0, 0x1c020000), {"NIfTI-2"});
+  refuse(HeaderBytes().put<std::int32_t>(0, 347), {"348", "other bytes"});
+  for (const std::int16_t rank : {0, 8, 9, -1}) {
+    refuse(HeaderBytes().put<std::int16_t>(40, rank), {"1 to 7 axes", "dim[0] " + std::to_string(rank)});
+    refuse(HeaderBytes(true).put<std::int16_t>(40, rank), {"dim[0] " + std::to_string(rank), "big-endian"});
+  }
   refuse(HeaderBytes().dims(2, 0, 2), {"dim[2]", "0"});
   refuse(HeaderBytes().dims(2, 3, -2), {"dim[3]", "-2"});
   refuse(HeaderBytes().put<std::int16_t>(40, 5).put<std::int16_t>(50, 3), {"dim[5]", "3"});
@@ -161,6 +171,103 @@ TEST_F(Nifti, RefusesWhatItCannotRead) {
   refuse(HeaderBytes().put<std::int32_t>(344, 0), {"magic"});
   refuse(HeaderBytes().dims(32767, 32767, 32767), {"35181150961663"});
   refuse(HeaderBytes().dims(32767, 32767, 32767).type(DT_UINT64, 64), {"281449207693304"});
+}
+
+TEST_F(Nifti, SurplusAndMissingBytesAreErrors) {
+  for (const char* name : {"a.nii", "b.nii.gz"}) {
+    const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
+    write_volume(path("whole.nii"), MemorySource(volume));
+    const std::string whole = read_bytes(path("whole.nii"));
+    for (const auto& [bytes, numbers] : {std::pair{whole + "x", std::array{"210", "211"}}, {whole.substr(0, whole.size() - 1), {"210", "209"}}}) {
+      if (std::string(name).ends_with("gz")) {
+        expect_error(write_bytes(name, gzipped(bytes)), {"562", std::to_string(bytes.size())});
+      } else {
+        expect_error(write_bytes(name, bytes), {numbers[0], numbers[1]});
+      }
+    }
+  }
+}
+
+TEST_F(Nifti, NotANumberAsASlopeMeansUnscaled) {
+  for (const float slope : {NAN, 0.0f}) {
+    const auto source = open_volume(write_bytes("a.nii", HeaderBytes().put<float>(112, slope).put<float>(116, slope).with(kTwelve)));
+    EXPECT_EQ(plain_bytes(read_all(*source)), kTwelve);
+  }
+}
+
+TEST_F(Nifti, ExtensionsAreSkipped) {
+  std::string extension(32, 'e');
+  extension.replace(0, 8, std::string("\x20\0\0\0\6\0\0\0", 8));
+  const HeaderBytes header = HeaderBytes().put<float>(108, 384).put<std::int32_t>(348, 1);
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(write_bytes("a.nii", header.with(extension + kTwelve))))), kTwelve);
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(write_bytes("a.nii.gz", gzipped(header.with(extension + kTwelve)))))), kTwelve);
+  extension[0] = 0x30;
+  expect_error(write_bytes("a.nii", header.with(extension + kTwelve)), {"byte 352", "48 bytes", "384"});
+}
+
+TEST_F(Nifti, TheOffsetIsThatOfTheTransform) {
+  HeaderBytes header;
+  header.put<std::int16_t>(252, 1);  // qform_code; quaternions of the identity
+  header.put<float>(268, 10.25f).put<float>(272, -20).put<float>(276, 0.1f);
+  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset, (std::array<double, 3>{10.25, -20, 0.1}));
+  header.put<std::int16_t>(254, 2);  // sform_code goes before; x runs backwards, y and z are exchanged
+  header.put<float>(280, -2).put<float>(292, 5).put<float>(304, 3).put<float>(308, 6).put<float>(316, 4).put<float>(324, 7);
+  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset, (std::array<double, 3>{5, 7, 6}));
+  header.put<float>(284, 1);  // oblique
+  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset, (std::array<double, 3>{5, 6, 7}));
+  EXPECT_EQ(open_volume(write_bytes("a.nii", HeaderBytes().put<float>(268, 3).with(kTwelve)))->info().offset, (std::array<double, 3>{}))
+      << "no code, no transform";
+  expect_error(write_bytes("a.nii", header.put<float>(292, NAN).with(kTwelve)), {"srow_x", "nan"});
+}
+
+TEST_F(Nifti, AxesMayBeNamed) {
+  HeaderBytes header;
+  header.put<std::int16_t>(40, 5).put<std::int16_t>(46, 1).put<std::int16_t>(50, 2);  // 2 x 3 x 1 x 1 x 2
+  const std::string name = write_bytes("a.nii", header.with(kTwelve));
+  expect_error(name, {"dim[5]", "found 2", "--axes"});
+  for (const char* axes : {"xyt", "xyzct"}) {
+    const auto series = open_volume(name, OpenOptions{.axes = axes});
+    EXPECT_EQ(series->info().time_steps, 2u);
+    EXPECT_EQ(plain_bytes(read_all(*series)), kTwelve);
+  }
+  const Volume turned = read_all(*open_volume(name, OpenOptions{.axes = "zyx"}));
+  EXPECT_EQ(turned.extent(), (Extent{2, 3, 2}));
+  EXPECT_EQ(turned.label({1, 0, 0}), 6u);
+  EXPECT_EQ(turned.label({0, 2, 1}), 5u);
+  expect_error(name, {"2 x 3 x 1 x 1 x 2", "'xy'"}, OpenOptions{.axes = "xy"});
+  expect_error(name, {"2 channels"}, OpenOptions{.axes = "xyc"});
+}
+
+TEST_F(Nifti, DoublesThatAreWholeNumbersAreLabels) {
+  const std::array values{9007199254740992.0, 3.0};
+  std::string bytes(16, '\0');
+  std::memcpy(bytes.data(), values.data(), 16);
+  HeaderBytes header;
+  header.dims(2, 1, 1).type(DT_FLOAT64, 64);
+  const auto source = open_volume(write_bytes("A.NII", header.with(bytes)), VolumeKind::kLabels);
+  EXPECT_EQ(source->info().type, VoxelType::kU64);
+  EXPECT_EQ(read_all(*source).label({0, 0, 0}), 9007199254740992u);
+  EXPECT_EQ(read_all(*source).label({1, 0, 0}), 3u);
+  EXPECT_EQ(read_all(*open_volume(write_bytes("A.NII.GZ", gzipped(header.with(bytes))), VolumeKind::kLabels)).label({1, 0, 0}), 3u);
+}
+
+TEST_F(Nifti, WritesOffsetsOrSaysThatItCannot) {
+  Volume volume({.extent = {1, 1, 1}, .type = VoxelType::kU8, .voxel_size = {4, 4, 40}, .voxel_unit = "nm", .offset = {1200.5, -4, 0}});
+  volume.data()[0] = std::byte{1};
+  write_volume(path("a.nii"), MemorySource(volume));
+  EXPECT_EQ(open_volume(path("a.nii"))->info().offset, (std::array<double, 3>{1.2005, -0.004, 0}));
+  EXPECT_EQ(open_volume(path("a.nii"))->info().voxel_unit, "um");
+  const std::string header = read_bytes(path("a.nii"));
+  EXPECT_EQ(header.substr(252, 4), std::string("\1\0\1\0", 4)) << "qform_code, sform_code";
+  volume.info().offset[0] = 1234567891;  // 1234567.891 um would become 1234567.875
+  try {
+    write_volume(path("a.nii"), MemorySource(volume));
+    ADD_FAILURE() << "the offset was moved";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("offset"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("1234567.8"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(read_bytes(path("a.nii")), header);
 }
 
 TEST_F(Nifti, WritesOnlyWhatTheHeaderCanSay) {

@@ -2,6 +2,7 @@
 #include "volumes/io/nrrd.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include "io_fixture.hpp"
 
@@ -55,9 +56,12 @@ TEST_F(Nrrd, SeriesHaveTimeAsTheLastAxis) {
       "b.nrrd", start + "space directions: (2,0,0) (0,2,0) (0,0,5) none\nkinds: space space space time\n\n" + kTwelve));
   EXPECT_EQ(source->info().time_steps, 2u);
   EXPECT_EQ(source->info().voxel_size, (std::array<double, 3>{2, 2, 5}));
-  expect_error(write_bytes("c.nrrd", start + "\n" + kTwelve), {"kinds"});
-  expect_error(write_bytes("c.nrrd", start + "kinds: list domain domain domain\n\n" + kTwelve), {"line 6", "list"});
-  expect_error(write_bytes("c.nrrd", start + "kinds: domain domain domain domain\n\n" + kTwelve), {"line 6", "list or time"});
+  // Of four axes without kinds the one of length 1 is dropped; two steps would need a kind.
+  EXPECT_EQ(open_volume(write_bytes("c.nrrd", start + "\n" + kTwelve))->info().extent, (Extent{2, 3, 2}));
+  const std::string four = "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 3 2 2\nencoding: raw\n";
+  expect_error(write_bytes("c.nrrd", four + "\n" + kTwelve + kTwelve), {"line 3", "--axes", "2 x 3 x 2 x 2"});
+  expect_error(write_bytes("c.nrrd", four + "kinds: domain domain domain domain\n\n" + kTwelve + kTwelve), {"line 6", "list or time"});
+  expect_error(write_bytes("c.nrrd", start + "kinds: list domain domain domain\n\n" + kTwelve), {"line 6", "axis 1 of kind list"});
   expect_error(write_bytes("c.nrrd", start + "spacings: 1 1 1\n\n" + kTwelve), {"line 6", "4 values"});
 }
 
@@ -93,7 +97,7 @@ TEST_F(Nrrd, BigEndianOfEveryWidth) {
 }
 
 TEST_F(Nrrd, SkipsLinesAndBytes) {
-  write_bytes("data.bin", "one line\nanother\nxy" + kTwelve + "tail");
+  write_bytes("data.bin", "one line\nanother\nxy" + kTwelve);
   const auto lines = open_volume(write_bytes(
       "a.nhdr", std::string("NRRD0001\n") + kSmall + "data file: data.bin\nline skip: 2\nbyte skip: 2\n"));
   EXPECT_EQ(read_all(*lines).label({1, 2, 1}), 11u);
@@ -158,20 +162,31 @@ TEST_F(Nrrd, ErrorsNameTheLine) {
            Bad{"line skip: many", "line 6", "many"},
            Bad{"spacings: 1 2", "line 6", "1 2"},
            Bad{"spacings: 1 2 inf", "line 6", "inf"},
-           Bad{"space directions: none (1,0,0) (0,1,0)", "line 6", "none"},
+           Bad{"space directions: none (1,0,0) (0,1,0)\nkinds: list domain domain", "line 7", "axis 1 of kind list"},
            Bad{"space directions: (1,0,0) (0,1,0) (0,0,1", "line 6", "(0,0,1"},
            Bad{"units: \"mm\" \"mm\" \"s\"", "line 6", "\"s\""},
-           Bad{"kinds: RGB-color space space", "line 6", "RGB-color"},
+           Bad{"kinds: space RGB-color space", "line 6", "rgb-color"},
            Bad{"endian: middle", "line 6", "middle"},
-           Bad{"kind:=colours", "line 6", "colours"},
-           Bad{"space dimension: 4", "line 6", "4"},
+           Bad{"space dimension: 17", "line 6", "17"},
+           Bad{"kinds: domain domain time-ish", "line 6", "time-ish"},
+           Bad{"kinds: domain 3-color domain", "line 6", "axis 2 of kind 3-color, 3 values"},
+           Bad{"kinds: 3-color domain domain", "line 6", "found 2"},
+           Bad{"kinds: vector domain domain", "line 6", "axis 1 of kind vector"},
+           Bad{"space: 3D-left-handed\nspace directions: (1,0) (0,1) (1,1)", "line 7", "vectors of 3 numbers"},
+           Bad{"space: 3D-left-handed\nspace dimension: 2", "line 7", "dimension 3"},
+           Bad{"space origin: (1,2,3)", "line 6", "space directions"},
+           Bad{"spacings: 1 1 1\nspace directions: (1,0,0) (0,1,0) (0,0,1)", "line 7", "spacings are in line 6"},
+           Bad{"datafile: a\ndata file: a", "line 7", "'data file' is in line 6"},
+           Bad{"content: a\ncontent: b", "line 7", "'content' is in line 6"},
+           Bad{"a:=1\na:=2", "line 7", "'a' is in line 6"},
        }) {
     expect_error(write_bytes("a.nrrd", good + bad.header + "\n\n" + kTwelve), {"a.nrrd", bad.line, bad.part});
   }
   expect_error(write_bytes("a.nrrd", "NRRD0009\n"), {"line 1", "NRRD0009"});
-  expect_error(write_bytes("a.nrrd", "NRRD0004\ntype: double\n"), {"line 2", "double"});
+  expect_error(write_bytes("a.nrrd", "NRRD0004\ntype: double\ndimension: 3\nsizes: 1 1 1\nencoding: raw\nendian: little\n\n12345678"),
+               {"float64 (NRRD type double)", "--kind labels"});
   expect_error(write_bytes("a.nrrd", "NRRD0004\ntype: block\n"), {"line 2", "block"});
-  expect_error(write_bytes("a.nrrd", "NRRD0004\ndimension: 2\n"), {"line 2", "'2'"});
+  expect_error(write_bytes("a.nrrd", "NRRD0004\ndimension: 17\n"), {"line 2", "'17'"});
   expect_error(write_bytes("a.nrrd", "NRRD0004\nencoding: bzip2\n"), {"line 2", "bzip2"});
   expect_error(write_bytes("a.nrrd", "NRRD0004\nsizes: 1 2 -3\n"), {"line 2", "-3"});
   expect_error(write_bytes("a.nrrd", "NRRD0004\nsizes: 1 2 99999999999999999999\n"), {"line 2", "9999"});
@@ -195,6 +210,125 @@ TEST_F(Nrrd, AbsurdSizesAreRefusedBeforeAnyAllocation) {
   }
   expect_error(write_bytes("a.nhdr", std::string("NRRD0001\n") + kSmall + "data file: none.bin\n"),
                {"none.bin"});
+}
+
+TEST_F(Nrrd, SurplusAndMissingBytesAreErrors) {
+  const std::string raw = std::string("NRRD0001\n") + kSmall, gzip = "NRRD0001\ntype: uchar\ndimension: 3\nsizes: 2 3 2\nencoding: gzip\n";
+  expect_error(write_bytes("a.nrrd", raw + "\n" + kTwelve + "x"), {"12 bytes", "13 bytes"});
+  expect_error(write_bytes("a.nrrd", raw + "\n" + kTwelve.substr(1)), {"12 bytes", "11 bytes"});
+  expect_error(write_bytes("a.nrrd", gzip + "\n" + gzipped(kTwelve + "xyz")), {"12 inflated bytes", "found 15"});
+  expect_error(write_bytes("a.nrrd", gzip + "\n" + gzipped(kTwelve.substr(3))), {"12 inflated bytes", "after 9"});
+  expect_error(write_bytes("a.nrrd", gzip + "\n" + gzipped(kTwelve) + "junk!"), {"end of the file", "5 bytes behind"});
+  expect_error(write_bytes("a.nrrd", gzip + "\n" + gzipped(kTwelve) + gzipped("member")), {"12 inflated bytes", "found 18"});
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(write_bytes("a.nrrd", gzip + "\n" + gzipped("\0\1\2\3\4\5") + gzipped(kTwelve.substr(6)))))).substr(6),
+            kTwelve.substr(6));
+  for (const auto& [bytes, number] : {std::pair{kTwelve + "x", "13 bytes"}, {kTwelve.substr(1), "11 bytes"}}) {
+    write_bytes("data.bin", bytes);
+    expect_error(write_bytes("a.nhdr", raw + "data file: data.bin\n"), {"data.bin", "12 bytes", number});
+  }
+  write_bytes("data.bin", kTwelve);
+  expect_error(write_bytes("a.nhdr", raw + "data file: data.bin\n\nattached"), {"line 6", "8 bytes"});
+  write_bytes("data.gz", gzipped("whatever" + kTwelve));
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(write_bytes("a.nhdr", gzip + "byte skip: -1\ndata file: data.gz\n")))), kTwelve);
+}
+
+TEST_F(Nrrd, AxesOfLengthOneAreDropped) {
+  for (const auto& [sizes, fields] : {std::pair{"1 2 3 2", "kinds: list domain domain domain\n"},
+                                      {"2 1 3 2", "kinds: domain vector domain domain\n"},
+                                      {"1 2 3 2", "kinds: RGB-color space space space\n"},
+                                      {"2 3 2 1", "kinds: domain domain domain list\n"},
+                                      {"2 3 2 1", ""},
+                                      {"1 2 3 2", "space: RAS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n"}}) {
+    SCOPED_TRACE(fields);
+    const auto source = open_volume(write_bytes(
+        "a.nrrd", fmt::format("NRRD0004\ntype: uchar\ndimension: 4\nsizes: {}\nencoding: raw\n{}\n", sizes, fields) + kTwelve));
+    EXPECT_EQ(source->info().extent, (Extent{2, 3, 2}));
+    EXPECT_EQ(source->info().time_steps, 1u);
+    EXPECT_EQ(plain_bytes(read_all(*source)), kTwelve);
+  }
+}
+
+TEST_F(Nrrd, AxesMayBeNamed) {
+  const std::string name = write_bytes(
+      "a.nrrd", "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 3 2 1\nencoding: raw\nkinds: list domain domain domain\n"
+                "spacings: nan 5 6 7\n\n" + kTwelve);
+  expect_error(name, {"axis 1 of kind list"});
+  const auto series = open_volume(name, OpenOptions{.axes = "txyz"});
+  EXPECT_EQ(series->info().time_steps, 2u);
+  EXPECT_EQ(series->info().voxel_size, (std::array<double, 3>{5, 6, 7}));
+  EXPECT_EQ(plain_bytes(read_all(*series)), std::string("\0\2\4\6\10\12\1\3\5\7\11\13", 12));
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(name + "[1]", OpenOptions{.axes = "txy"}))), std::string("\1\3\5\7\11\13", 6));
+  EXPECT_EQ(read_all(*open_volume(name, OpenOptions{.axes = "zyxt"})).label({1, 2, 0}), 10u);
+  expect_error(name, {"2 x 3 x 2 x 1", "'xyzta'"}, OpenOptions{.axes = "xyzta"});
+  const std::string time = write_bytes(
+      "b.nrrd", "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 3 2 1\nencoding: raw\nkinds: time domain domain domain\n\n" + kTwelve);
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(time + "[0]"))), std::string("\0\2\4\6\10\12", 6));
+}
+
+TEST_F(Nrrd, TheOffsetIsTheOrigin) {
+  const auto offset = [this](const std::string& directions) {
+    return open_volume(write_bytes("a.nrrd", std::string("NRRD0004\n") + kSmall + "space dimension: 3\nspace directions: " + directions +
+                                                 "\nspace origin: (10,-20.5,30)\n\n" + kTwelve))
+        ->info()
+        .offset;
+  };
+  EXPECT_EQ(offset("(1,0,0) (0,2,0) (0,0,3)"), (std::array<double, 3>{10, -20.5, 30}));
+  EXPECT_EQ(offset("(-1,0,0) (0,-2,0) (0,0,3)"), (std::array<double, 3>{10, -20.5, 30})) << "the place of the first voxel";
+  EXPECT_EQ(offset("(0,0,1) (2,0,0) (0,3,0)"), (std::array<double, 3>{30, 10, -20.5})) << "axes in another order";
+  EXPECT_EQ(offset("(0.8,0.6,0) (-0.6,0.8,0) (0,0,1)"), (std::array<double, 3>{10, -20.5, 30})) << "oblique";
+}
+
+TEST_F(Nrrd, HexadecimalAndText) {
+  const auto head = [](const char* type, const char* encoding) {
+    return fmt::format("NRRD0004\ntype: {}\ndimension: 3\nsizes: 2 1 1\nendian: big\nencoding: {}\n\n", type, encoding);
+  };
+  const Volume hex = read_all(*open_volume(write_bytes("a.nrrd", head("ushort", "hex") + "01fF\n00 0a\n")));
+  EXPECT_EQ(hex.label({0, 0, 0}), 0x1ffu);
+  EXPECT_EQ(hex.label({1, 0, 0}), 10u);
+  expect_error(write_bytes("a.nrrd", head("ushort", "hex") + "01ff000a1"), {"8 hexadecimal digits", "found 9"});
+  expect_error(write_bytes("a.nrrd", head("ushort", "hex") + "01ff00"), {"8 digits", "6 characters"});
+  expect_error(write_bytes("a.nrrd", head("ushort", "hex") + "01ff 00  "), {"8 hexadecimal digits", "found 6"});
+  expect_error(write_bytes("a.nrrd", head("ushort", "hex") + "01ff00xa"), {"character 6", "0x78"});
+  const Volume text = read_all(*open_volume(write_bytes("a.nrrd", head("ushort", "ASCII") + "511\n65535\n")));
+  EXPECT_EQ(text.label({0, 0, 0}), 511u);
+  EXPECT_EQ(text.label({1, 0, 0}), 65535u);
+  expect_error(write_bytes("a.nrrd", head("ushort", "text") + "511 65536"), {"voxel number 1", "u16", "'65536'"});
+  expect_error(write_bytes("a.nrrd", head("ushort", "text") + "1 2 3"), {"2 numbers", "found 3"});
+  expect_error(write_bytes("a.nrrd", head("ushort", "text") + "1    "), {"2 numbers", "found 1"});
+  expect_error(write_bytes("a.nrrd", head("short", "txt") + "3 -4"), {"voxel (1, 0, 0)", "-4"}, VolumeKind::kLabels);
+}
+
+TEST_F(Nrrd, ReadsNothingOutsideItsFolder) {
+  const std::string raw = std::string("NRRD0001\n") + kSmall + "data file: ";
+  write_bytes("outside.bin", kTwelve);
+  write_bytes("own/below/data.bin", kTwelve);
+  std::filesystem::create_symlink(path("outside.bin"), path("own/link.bin"));
+  for (const std::string& name : {path("outside.bin"), std::string("../outside.bin"), std::string("below/../../outside.bin"), std::string("link.bin")}) {
+    SCOPED_TRACE(name);
+    const std::string header = write_bytes("own/a.nhdr", raw + name + "\n");
+    expect_error(header, {"line 6", path("outside.bin"), "--allow-external"});
+    EXPECT_EQ(plain_bytes(read_all(*open_volume(header, OpenOptions{.axes = {}, .allow_external = true}))), kTwelve);
+  }
+  for (const std::string& name : {path("own/below/data.bin"), std::string("below/data.bin"), std::string("../own/below/data.bin")}) {
+    const auto source = open_volume(write_bytes("own/a.nhdr", raw + name + "\n"));
+    EXPECT_EQ(plain_bytes(read_all(*source)), kTwelve);
+    EXPECT_EQ(source->files().size(), 2u);
+    EXPECT_EQ(source->files()[0], path("own/a.nhdr"));
+    EXPECT_TRUE(std::filesystem::equivalent(source->files()[1], path("own/below/data.bin")));
+  }
+  // A header that is a link finds its data beside itself and beside the file it links to.
+  std::filesystem::create_symlink(write_bytes("own/a.nhdr", raw + "below/data.bin\n"), path("linked.nhdr"));
+  std::filesystem::create_symlink(path("own/below"), path("below"));
+  EXPECT_EQ(plain_bytes(read_all(*open_volume(path("linked.nhdr")))), kTwelve);
+  ASSERT_EQ(::mkfifo(path("own/fifo").c_str(), 0600), 0);
+  expect_error(write_bytes("own/b.nhdr", raw + "fifo\n"), {"fifo", "device, pipe or socket"});
+  expect_error(write_bytes("own/c.nhdr", raw + "/dev/zero\n"), {"/dev/zero"});
+  expect_error(path("own/fifo"), {"device, pipe or socket"});
+}
+
+TEST_F(Nrrd, SomebodyElsesKeysAreNoErrors) {
+  const auto source = open_volume(write_bytes("a.nrrd", std::string("NRRD0004\n") + kSmall + "kind:=colours\nvoxel_size:=x\nMR.x: y:=z\n\n" + kTwelve));
+  EXPECT_EQ(source->info().kind, VolumeKind::kLabels);
 }
 
 TEST_F(Nrrd, DamagedGzipIsAnError) {

@@ -44,6 +44,29 @@ TEST_P(RoundTrip, KeepsVoxelsAndInfo) {
   }
 }
 
+TEST_P(RoundTrip, KeepsTheOffset) {
+  const std::string ending = GetParam();
+  if (ending == ".h5") GTEST_SKIP() << "the tests of HDF5 say it";
+  for (const std::uint64_t steps : {1u, 2u}) {
+    Volume volume = patterned({5, 7, 4}, VoxelType::kU16, VolumeKind::kLabels);
+    volume.info().offset = {-1200, 0.25, 33000};
+    volume.info().time_steps = steps;
+    const std::string name = path("volume" + ending);
+    write_volume(name, MemorySource(volume));
+    const auto source = open_volume(name);
+    const double factor = ending.starts_with(".nii") ? 1e-3 : 1;  // micrometres
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_DOUBLE_EQ(source->info().offset[axis], volume.info().offset[axis] * factor) << ending;
+      EXPECT_DOUBLE_EQ(source->info().voxel_size[axis], volume.info().voxel_size[axis] * factor) << ending;
+    }
+    EXPECT_EQ(source->info().voxel_unit, factor == 1 ? "nm" : "um");
+    EXPECT_EQ(source->info().time_steps, steps);
+    expect_boxes(*source, volume);
+    EXPECT_FALSE(source->files().empty());
+    for (const std::string& file : source->files()) EXPECT_TRUE(std::filesystem::exists(file)) << file;
+  }
+}
+
 TEST_P(RoundTrip, KeepsSeries) {
   const std::string name = path(std::string("series") + GetParam());
   for (const auto& [extent, steps] : {std::pair{Extent{9, 13, 70 * 3}, 3u}, {Extent{5, 7, 4}, 4u}, {Extent{3, 2, 6}, 2u}}) {
@@ -182,6 +205,50 @@ TEST_F(Names, TellVolumesFromOtherFiles) {
   for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.nii[1:]", "a.nii[x]", "a", "", "a.nii.bz2"}) {
     EXPECT_FALSE(is_volume_path(name)) << name;
   }
+}
+
+TEST_F(Names, CapitalEndingsAreEndings) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
+  for (const char* name : {"A.NRRD", "B.NHDR", "C.NII", "D.NII.GZ", "E.Raw"}) {
+    write_volume(path(name), MemorySource(volume));
+    expect_boxes(*open_volume(path(name)), volume);
+    EXPECT_TRUE(is_volume_path(std::string(name) + "[1]")) << name;
+  }
+  EXPECT_EQ(read_bytes(path("D.NII.GZ")).substr(0, 2), "\x1f\x8b");
+  EXPECT_TRUE(std::filesystem::exists(path("B.NHDR.bin")));
+}
+
+TEST_F(Names, ErrorsSayWhatToType) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
+  std::filesystem::create_directory(path("emptydir"));
+  try {
+    write_volume(path("emptydir"), MemorySource(volume));
+    ADD_FAILURE() << "a folder was written";
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("type " + path("emptydir") + "/ for"), std::string::npos) << text;
+  }
+  expect_error(path("emptydir"), {"a folder without a file info"});
+  expect_error(path("a.tif"), {"the ending '.tif'", ".nii.gz"});
+  expect_error(path("a"), {"a name without an ending"});
+  expect_error(path("a.hdr"), {"'.hdr'", "pair", ".nii"});
+  expect_error(path("a.nii[-1]"), {"'[-1]'", "from 0"});
+  EXPECT_THROW(open_volume(std::string()), InputError);
+}
+
+TEST_F(Names, LyingEndingsAreNamed) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
+  write_volume(path("a.h5"), MemorySource(volume));
+  write_volume(path("b.nrrd"), MemorySource(volume));
+  write_volume(path("c.nii"), MemorySource(volume));
+  const auto renamed = [&](const char* from, const char* to) { return write_bytes(to, read_bytes(path(from))); };
+  expect_error(renamed("a.h5", "x.nrrd"), {"an HDF5 file"});
+  expect_error(renamed("c.nii", "x.nrrd"), {"a NIfTI-1"});
+  expect_error(renamed("b.nrrd", "x.nii"), {"an NRRD file"});
+  expect_error(renamed("a.h5", "x.nii"), {"an HDF5 file"});
+  expect_error(write_bytes("x.nrrd", gzipped(read_bytes(path("b.nrrd")))), {"gzip data"});
+  expect_error(write_bytes("x.nii.gz", gzipped(std::string("\x89PNG") + std::string(400, 'x'))), {"a PNG image"});
+  expect_error(write_bytes("x.nrrd", "PK\3\4"), {"a zip archive"});
 }
 
 TEST_F(Names, MissingFilesAndFoldersAreErrors) {
