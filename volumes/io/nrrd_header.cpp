@@ -183,8 +183,11 @@ class HeaderParser {
     const auto alias = kAliases.find(written);
     const std::string name(alias == kAliases.end() ? written : alias->second);
     const auto handler = kHandlers.find(name);
-    if (handler == kHandlers.end() && std::ranges::find(kDescriptive, name) == kDescriptive.end())
+    if (handler == kHandlers.end() && std::ranges::find(kDescriptive, name) == kDescriptive.end()) {
+      // Keys may have colons.
+      if (const std::size_t end = line_.find(":="); end != std::string_view::npos) return key(line_.substr(0, end), line_.substr(end + 2));
       fail("a field that this reader knows", written);
+    }
     if (const auto [first, fresh] = header_.lines.emplace(name, number_); !fresh)
       fail(fmt::format("each field once ('{}' is in line {})", name, first->second), line_);
     if (handler != kHandlers.end()) (this->*handler->second)(value);

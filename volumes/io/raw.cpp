@@ -52,10 +52,12 @@ std::vector<YamlValue> three(const YamlValue& value, std::string_view what) {
   return values;
 }
 
-std::vector<double> three_numbers(const YamlValue& value, std::string_view what, double minimum) {
+std::vector<double> three_numbers(const YamlValue& value, std::string_view what, bool positive) {
   std::vector<double> numbers;
-  for (const YamlValue& number : three(value, what))
-    numbers.push_back(number.number(minimum, std::numeric_limits<double>::max()));
+  for (const YamlValue& number : three(value, what)) {
+    numbers.push_back(number.number(std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()));
+    if (positive && numbers.back() <= 0) number.expected(what);
+  }
   return numbers;
 }
 
@@ -81,11 +83,11 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
       {"type", [&](const YamlValue& v) { sidecar.type = named(v, voxel_type_from_name, "u8, u16, u32, u64, i16 or f32"); }, true},
       {"kind", [&](const YamlValue& v) { sidecar.kind = named(v, volume_kind_from_name, "labels or scalars"); }},
       {"voxel_size", [&](const YamlValue& v) {
-         sidecar.voxel_size = three_numbers(v, "three positive numbers [x, y, z]", std::numeric_limits<double>::min());
+         sidecar.voxel_size = three_numbers(v, "three positive numbers [x, y, z]", true);
        }},
       {"voxel_unit", [&](const YamlValue& v) { sidecar.voxel_unit = v.text(); }},
       {"offset", [&](const YamlValue& v) {
-         sidecar.offset = three_numbers(v, "three numbers [x, y, z]", std::numeric_limits<double>::lowest());
+         sidecar.offset = three_numbers(v, "three numbers [x, y, z]", false);
        }},
       {"byte_order", [&](const YamlValue& v) {
          const std::string order = v.text("little or big");

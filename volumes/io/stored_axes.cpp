@@ -20,7 +20,8 @@ std::string letters_of(const std::string& file, std::string_view position, const
   const std::string& given = options.axes;
   for (std::size_t i = 0; i < given.size(); ++i) {
     if (kLetters.find(given[i]) == std::string_view::npos || given.find(given[i]) != i) {
-      throw_input_error(file, position, "axes as letters x, y, z, t and c, each at most once", fmt::format("'{}'", given));
+      throw_input_error(file, position, fmt::format("axes {} as letters x, y, z, t and c, x first, each at most once", listed(sizes)),
+                        fmt::format("'{}'", given));
     }
   }
   if (given.size() == sizes.size()) return given;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -129,7 +130,8 @@ std::uint64_t YamlValue::integer(std::uint64_t minimum, std::uint64_t maximum) c
 double YamlValue::number(double minimum, double maximum) const {
   const auto value = node_.IsScalar() ? parse_number<double>(node_.Scalar()) : std::nullopt;
   if (!value || !std::isfinite(*value) || *value < minimum || *value > maximum) {
-    expected(fmt::format("a number in {}..{}{}", minimum, maximum, unambiguous(node_)));
+    const bool any = minimum == std::numeric_limits<double>::lowest() && maximum == std::numeric_limits<double>::max();
+    expected((any ? "a finite number" : fmt::format("a number in {}..{}", minimum, maximum)) + std::string(unambiguous(node_)));
   }
   return *value;
 }

@@ -56,7 +56,7 @@ TEST_F(Raw, ErrorsOfTheSidecarHavePositions) {
   expect_error(make("extent: [2, 3, 1]\n", "abcdef"), {"'type'"});
   expect_error(make("type: u8\n", "abcdef"), {"'extent'"});
   expect_error(make("extent: [2, 3, 1]\ntype: u8\nkind: colours\n", "abcdef"), {"3:7", "'colours'"});
-  expect_error(make("extent: [2, 3, 1]\ntype: u8\nvoxel_size: [1, 0, 1]\n", "abcdef"), {"3:13"});
+  expect_error(make("extent: [2, 3, 1]\ntype: u8\nvoxel_size: [1, 0, 1]\n", "abcdef"), {"3:17", "positive", "'0'"});
   expect_error(make("extent: [2, 3, 1]\ntype: u8\nbyte_order: middle\n", "abcdef"), {"3:13", "'middle'"});
   expect_error(make("extent: [2, 3, 1]\ntype: u8\noffset_bytes: -1\n", "abcdef"), {"3:15", "'-1'"});
   expect_error(make("- a\n- list\n", "abcdef"), {"a.raw.yaml"});
@@ -102,9 +102,10 @@ TEST_F(Raw, AxesInAnyOrder) {
   EXPECT_EQ(series->info().time_steps, 2u);
   EXPECT_EQ(read_all(*series).label({0, 0, 1}), 2u);
   EXPECT_EQ(read_all(*open_volume(name + "[1]", OpenOptions{.axes = "tyx"})).label({0, 2, 0}), 6u);
-  for (const char* axes : {"x", "xyzt", "xx", "xyq", "xy z", "cxy"}) {
+  for (const char* axes : {"x", "xyzt", "xx", "xyq", "xy z"}) {
     expect_error(name, {"2 x 3 x 1", axes}, OpenOptions{.axes = axes});
   }
+  expect_error(name, {"axis 1", "2 channels"}, OpenOptions{.axes = "cxy"});
 }
 
 TEST_F(Raw, WholeFloatsAreLabels) {
