@@ -27,10 +27,9 @@
 #include <vector>
 
 #include "experiments/cells.hpp"
+#include "experiments/yaml_reader.hpp"
 
 namespace cvr::experiments {
-
-class YamlValue;
 
 /// A table of a file of published figures.
 struct PublishedPlace {
