@@ -27,8 +27,9 @@ constexpr std::array kSignatures{
     Signature{0, "\0\0\x02\x1c"sv, "a NIfTI-2 header"},
     Signature{0, "\x1f\x8b"sv, "gzip data (.gz)"},
     Signature{0, "BZh"sv, "bzip2 data (.bz2)"},
-    Signature{0, "\xfd"
-                 "7zXZ\0"sv,
+    Signature{0,
+              "\xfd"
+              "7zXZ\0"sv,
               "xz data (.xz)"},
     Signature{0, "\x28\xb5\x2f\xfd"sv, "zstd data (.zst)"},
     Signature{0, "PK\x03\x04"sv, "a zip archive"},

@@ -47,11 +47,15 @@ struct TypeName {
   std::string_view name;
 };
 constexpr std::array kTypeNames{
-    TypeName{0, "no type"},          TypeName{1, "one bit per voxel"}, TypeName{2, "uint8"},        TypeName{4, "int16"},
-    TypeName{8, "int32"},            TypeName{16, "float32"},          TypeName{32, "complex64"},   TypeName{64, "float64"},
-    TypeName{128, "RGB24"},          TypeName{256, "int8"},            TypeName{512, "uint16"},     TypeName{768, "uint32"},
-    TypeName{1024, "int64"},         TypeName{1280, "uint64"},         TypeName{1536, "float128"},  TypeName{1792, "complex128"},
-    TypeName{2048, "complex256"},    TypeName{2304, "RGBA32"},
+    TypeName{0, "no type"},       TypeName{1, "one bit per voxel"},
+    TypeName{2, "uint8"},         TypeName{4, "int16"},
+    TypeName{8, "int32"},         TypeName{16, "float32"},
+    TypeName{32, "complex64"},    TypeName{64, "float64"},
+    TypeName{128, "RGB24"},       TypeName{256, "int8"},
+    TypeName{512, "uint16"},      TypeName{768, "uint32"},
+    TypeName{1024, "int64"},      TypeName{1280, "uint64"},
+    TypeName{1536, "float128"},   TypeName{1792, "complex128"},
+    TypeName{2048, "complex256"}, TypeName{2304, "RGBA32"},
 };
 
 /// "float64 (NIfTI code 64)".
@@ -80,8 +84,8 @@ void swap_header(nifti_1_header& header) {
   swap_field(header.scl_inter);
   swap_field(header.qform_code);
   swap_field(header.sform_code);
-  for (float* field : {&header.quatern_b, &header.quatern_c, &header.quatern_d, &header.qoffset_x, &header.qoffset_y,
-                       &header.qoffset_z}) {
+  for (float* field : {&header.quatern_b, &header.quatern_c, &header.quatern_d, &header.qoffset_x,
+                       &header.qoffset_y, &header.qoffset_z}) {
     swap_field(*field);
   }
   for (auto* row : {&header.srow_x, &header.srow_y, &header.srow_z})
@@ -101,8 +105,9 @@ Header read_header(const std::string& file, std::span<const std::byte> bytes) {
   int swapped = fields.sizeof_hdr;
   swap_field(swapped);
   if (fields.sizeof_hdr == kSecondVersion || swapped == kSecondVersion) {
-    throw_input_error(file, "byte 0", "a NIfTI-1 header (sizeof_hdr 348)",
-                      "NIfTI-2 (sizeof_hdr 540), which is not read: convert it to NIfTI-1, for instance with nifti_tool");
+    throw_input_error(
+        file, "byte 0", "a NIfTI-1 header (sizeof_hdr 348)",
+        "NIfTI-2 (sizeof_hdr 540), which is not read: convert it to NIfTI-1, for instance with nifti_tool");
   }
   if (fields.sizeof_hdr != kSize && swapped != kSize) {
     throw_input_error(file, "byte 0", "a NIfTI-1 header, which begins with its size 348 in either byte order",
@@ -118,8 +123,9 @@ Header read_header(const std::string& file, std::span<const std::byte> bytes) {
                            : "another magic, as in Analyze 7.5 or a damaged header");
   }
   if (fields.dim[0] < 1 || fields.dim[0] > kMaximumRank) {
-    throw_input_error(file, "dim[0] (byte 40)", "1 to 7 axes",
-                      fmt::format("dim[0] {} in a {}-endian header", fields.dim[0], header.big_endian ? "big" : "little"));
+    throw_input_error(
+        file, "dim[0] (byte 40)", "1 to 7 axes",
+        fmt::format("dim[0] {} in a {}-endian header", fields.dim[0], header.big_endian ? "big" : "little"));
   }
   return header;
 }
@@ -128,11 +134,13 @@ StoredType stored_type(const std::string& file, const nifti_1_header& fields) {
   const auto found = std::find_if(kTypeCodes.begin(), kTypeCodes.end(),
                                   [&](const TypeCode& entry) { return entry.code == fields.datatype; });
   if (found == kTypeCodes.end()) {
-    throw_input_error(file, "datatype (byte 70)", "one integer, float32 or float64 per voxel", type_name(fields.datatype));
+    throw_input_error(file, "datatype (byte 70)", "one integer, float32 or float64 per voxel",
+                      type_name(fields.datatype));
   }
   if (fields.bitpix != static_cast<short>(8 * size_of(found->type.type))) {
     throw_input_error(file, "bitpix (byte 72)",
-                      fmt::format("{} bits, as the datatype {} has", 8 * size_of(found->type.type), type_name(fields.datatype)),
+                      fmt::format("{} bits, as the datatype {} has", 8 * size_of(found->type.type),
+                                  type_name(fields.datatype)),
                       fmt::format("{}", fields.bitpix));
   }
   return found->type;
@@ -165,7 +173,8 @@ std::string letters(const std::string& file, const std::vector<std::uint64_t>& s
   for (std::size_t axis = 4; axis < sizes.size(); ++axis) {
     if (sizes[axis] == 1) continue;
     throw_input_error(file, fmt::format("dim[{}] (byte {})", axis + 1, 42 + 2 * axis),
-                      "a size of 1, since a volume has one value per voxel (a series along this axis: name it with --axes, such as xyzct)",
+                      "a size of 1, since a volume has one value per voxel (a series along this axis: name "
+                      "it with --axes, such as xyzct)",
                       fmt::format("{}", sizes[axis]));
   }
   return std::string("xyzt---").substr(0, sizes.size());
@@ -185,7 +194,8 @@ void check_scaling(const std::string& file, const nifti_1_header& fields) {
   const float slope = fields.scl_slope, intercept = fields.scl_inter;
   if (std::isnan(slope) || slope == 0 || (slope == 1 && intercept == 0)) return;
   throw_input_error(file, "scl_slope, scl_inter (bytes 112, 116)",
-                    "values stored as they are (slope 0, NaN, or 1 with intercept 0; to keep the stored values set scl_slope to 0, "
+                    "values stored as they are (slope 0, NaN, or 1 with intercept 0; to keep the stored "
+                    "values set scl_slope to 0, "
                     "else write the scaled ones as float32)",
                     fmt::format("slope {}, intercept {}", slope, intercept));
 }
@@ -201,7 +211,8 @@ void check_extensions(const std::string& file, std::span<const std::byte> start,
     if (size == 0) return;  // what is left is padding
     if (size < kSmallest || size > start.size() - at) {
       throw_input_error(file, fmt::format("byte {}", at),
-                        fmt::format("an extension of 16 to {} bytes before the voxels at vox_offset {}", start.size() - at, start.size()),
+                        fmt::format("an extension of 16 to {} bytes before the voxels at vox_offset {}",
+                                    start.size() - at, start.size()),
                         fmt::format("one of {} bytes", size));
     }
     at += size;
@@ -223,9 +234,10 @@ using Transform = std::array<std::array<double, 4>, 3>;
 Transform quaternion_transform(const nifti_1_header& fields) {
   const double b = fields.quatern_b, c = fields.quatern_c, d = fields.quatern_d;
   const double a = std::sqrt(std::max(0.0, 1 - (b * b + c * c + d * d)));
-  return {{{a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c), widened(fields.qoffset_x)},
-           {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b), widened(fields.qoffset_y)},
-           {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c, widened(fields.qoffset_z)}}};
+  return {
+      {{a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c), widened(fields.qoffset_x)},
+       {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b), widened(fields.qoffset_y)},
+       {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c, widened(fields.qoffset_z)}}};
 }
 
 Transform affine_transform(const nifti_1_header& fields) {
@@ -264,8 +276,9 @@ std::vector<double> offsets(const std::string& file, const nifti_1_header& field
   std::vector<double> result;
   for (const std::size_t axis : axes) result.push_back(transform[axis][3]);
   if (std::ranges::all_of(result, [](double value) { return std::isfinite(value); })) return result;
-  throw_input_error(file, affine ? "srow_x, srow_y, srow_z (byte 280)" : "qoffset_x, qoffset_y, qoffset_z (byte 268)",
-                    "finite offsets", fmt::format("{}, {}, {}", result[0], result[1], result[2]));
+  throw_input_error(
+      file, affine ? "srow_x, srow_y, srow_z (byte 280)" : "qoffset_x, qoffset_y, qoffset_z (byte 268)",
+      "finite offsets", fmt::format("{}, {}, {}", result[0], result[1], result[2]));
 }
 
 /// One per axis of the file; 0 stands for unknown.
@@ -274,7 +287,8 @@ std::vector<double> voxel_sizes(const std::string& file, const nifti_1_header& f
   for (std::size_t axis = 1; axis <= 3; ++axis) {
     const float pixel = std::fabs(fields.pixdim[axis]);
     if (!std::isfinite(pixel))
-      throw_input_error(file, fmt::format("pixdim[{}] (byte {})", axis, 76 + 4 * axis), "a finite voxel size", fmt::format("{}", pixel));
+      throw_input_error(file, fmt::format("pixdim[{}] (byte {})", axis, 76 + 4 * axis), "a finite voxel size",
+                        fmt::format("{}", pixel));
     sizes.push_back(pixel == 0 ? 1 : widened(pixel));
   }
   return sizes;
@@ -299,8 +313,9 @@ Header read_header(const MappedFile& file, bool gzip) {
   if (gzip) {
     inflate_start(file.path(), file.bytes(), start);
   } else if (file.bytes().size() < start.size()) {
-    throw_input_error(file.path(), "byte 0", "a NIfTI-1 header of 348 bytes",
-                      fmt::format("a file of {} bytes: {}", file.bytes().size(), describe_content(file.bytes())));
+    throw_input_error(
+        file.path(), "byte 0", "a NIfTI-1 header of 348 bytes",
+        fmt::format("a file of {} bytes: {}", file.bytes().size(), describe_content(file.bytes())));
   } else {
     std::copy_n(file.bytes().begin(), start.size(), start.begin());
   }
@@ -321,7 +336,8 @@ std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, const OpenOptio
   const std::vector<std::uint64_t> sizes = dimensions(path.file, fields);
   constexpr std::string_view kSizes = "dim (byte 40)";
   const StoredAxes axes = resolve_axes(
-      path.file, kSizes, sizes, options.axes.empty() ? letters(path.file, sizes) : letters_of(path.file, kSizes, sizes, options),
+      path.file, kSizes, sizes,
+      options.axes.empty() ? letters(path.file, sizes) : letters_of(path.file, kSizes, sizes, options),
       meaning.type);
   VolumeInfo info{.extent = {},
                   .type = meaning.type,

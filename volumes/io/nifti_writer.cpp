@@ -23,11 +23,12 @@ float narrowed(const std::string& file, std::string_view what, double value, dou
   constexpr double kHundredth = 0.01;
   const auto narrow = static_cast<float>(value);
   if (std::isfinite(narrow) && std::fabs(narrow - value) <= kHundredth * std::fabs(voxel_size)) return narrow;
-  throw_input_error(file, "",
-                    fmt::format("a {} that 32-bit floats, the only ones of NIfTI-1, keep to a hundredth of a voxel "
-                                "(NRRD and HDF5 keep it exactly)",
-                                what),
-                    fmt::format("{}, which would become {}", value, narrow));
+  throw_input_error(
+      file, "",
+      fmt::format("a {} that 32-bit floats, the only ones of NIfTI-1, keep to a hundredth of a voxel "
+                  "(NRRD and HDF5 keep it exactly)",
+                  what),
+      fmt::format("{}, which would become {}", value, narrow));
 }
 
 double scaled(double value, double ratio) { return std::fabs(ratio - 1) > 1e-9 ? value * ratio : value; }
@@ -36,7 +37,9 @@ double scaled(double value, double ratio) { return std::fabs(ratio - 1) > 1e-9 ?
 double set_unit(const std::string& file, const VolumeInfo& info, nifti_1_header& header) {
   if (info.voxel_unit.empty()) return 1;
   const auto metres = metres_of(info.voxel_unit);
-  if (!metres) throw_input_error(file, "", "a voxel size in m, mm, um or nm", fmt::format("the unit '{}'", info.voxel_unit));
+  if (!metres)
+    throw_input_error(file, "", "a voxel size in m, mm, um or nm",
+                      fmt::format("the unit '{}'", info.voxel_unit));
   constexpr std::array kCodes{NIFTI_UNITS_MICRON, NIFTI_UNITS_MM, NIFTI_UNITS_METER};
   const int code = *metres < 1e-4 ? kCodes[0] : *metres < 0.5 ? kCodes[1] : kCodes[2];
   header.xyzt_units = static_cast<char>(code);

@@ -41,8 +41,8 @@ struct NrrdHeader {
   std::vector<double> spacings;      ///< one per axis, 1 where unknown; empty: not said
   /// One per axis: its vector, or empty for `none`.
   std::vector<std::vector<double>> directions;
-  std::vector<double> space_origin;                ///< empty: not said
-  std::vector<std::string> units, space_units;     ///< one per axis, one per axis of the space; empty: not said
+  std::vector<double> space_origin;             ///< empty: not said
+  std::vector<std::string> units, space_units;  ///< one per axis, one per axis of the space; empty: not said
   std::optional<std::size_t> space_dimension;
   StoredType type{VoxelType::kU8};
   std::string type_name;  ///< as written
@@ -71,7 +71,8 @@ struct NrrdGeometry {
   std::string voxel_unit;
 };
 /// Throws InputError "FILE: line N: ..." where fields contradict each other.
-NrrdGeometry nrrd_geometry(const std::string& file, const NrrdHeader& header, VoxelType type, const OpenOptions& options);
+NrrdGeometry nrrd_geometry(const std::string& file, const NrrdHeader& header, VoxelType type,
+                           const OpenOptions& options);
 
 /// The header of a volume; `data_file` empty: attached, with the blank line that ends it.
 std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenance, NrrdEncoding encoding,

@@ -14,14 +14,39 @@ namespace {
 
 /// Samples along an axis of this kind by the definition of the format; 0: any number. None: an unknown kind.
 std::optional<std::uint64_t> samples_of_kind(std::string_view kind) {
-  static const std::map<std::string_view, std::uint64_t> kKinds{
-      {"domain", 0},    {"space", 0},    {"time", 0},        {"list", 0},       {"point", 0},      {"vector", 0},
-      {"covariant-vector", 0}, {"normal", 0}, {"stub", 1},   {"scalar", 1},     {"complex", 2},    {"2-vector", 2},
-      {"3-color", 3},   {"rgb-color", 3}, {"hsv-color", 3},  {"xyz-color", 3},  {"4-color", 4},    {"rgba-color", 4},
-      {"3-vector", 3},  {"3-gradient", 3}, {"3-normal", 3},  {"4-vector", 4},   {"quaternion", 4},
-      {"2d-symmetric-matrix", 3}, {"2d-masked-symmetric-matrix", 4}, {"2d-matrix", 4}, {"2d-masked-matrix", 5},
-      {"3d-symmetric-matrix", 6}, {"3d-masked-symmetric-matrix", 7}, {"3d-matrix", 9}, {"3d-masked-matrix", 10},
-      {"???", 0},       {"none", 0}};
+  static const std::map<std::string_view, std::uint64_t> kKinds{{"domain", 0},
+                                                                {"space", 0},
+                                                                {"time", 0},
+                                                                {"list", 0},
+                                                                {"point", 0},
+                                                                {"vector", 0},
+                                                                {"covariant-vector", 0},
+                                                                {"normal", 0},
+                                                                {"stub", 1},
+                                                                {"scalar", 1},
+                                                                {"complex", 2},
+                                                                {"2-vector", 2},
+                                                                {"3-color", 3},
+                                                                {"rgb-color", 3},
+                                                                {"hsv-color", 3},
+                                                                {"xyz-color", 3},
+                                                                {"4-color", 4},
+                                                                {"rgba-color", 4},
+                                                                {"3-vector", 3},
+                                                                {"3-gradient", 3},
+                                                                {"3-normal", 3},
+                                                                {"4-vector", 4},
+                                                                {"quaternion", 4},
+                                                                {"2d-symmetric-matrix", 3},
+                                                                {"2d-masked-symmetric-matrix", 4},
+                                                                {"2d-matrix", 4},
+                                                                {"2d-masked-matrix", 5},
+                                                                {"3d-symmetric-matrix", 6},
+                                                                {"3d-masked-symmetric-matrix", 7},
+                                                                {"3d-matrix", 9},
+                                                                {"3d-masked-matrix", 10},
+                                                                {"???", 0},
+                                                                {"none", 0}};
   const auto found = kKinds.find(kind);
   return found == kKinds.end() ? std::nullopt : std::optional(found->second);
 }
@@ -48,7 +73,9 @@ class Geometry {
       } else if (is_spatial(kind) || says_nothing(kind)) {
         spatial.push_back(axis);
       } else if (header_.sizes[axis] != 1) {
-        fail("kinds", fmt::format("one entry of axis {} of kind {}, since a volume has one value per voxel", axis + 1, kind),
+        fail("kinds",
+             fmt::format("one entry of axis {} of kind {}, since a volume has one value per voxel", axis + 1,
+                         kind),
              fmt::format("{} entries", header_.sizes[axis]));
       }
     }
@@ -56,7 +83,8 @@ class Geometry {
     drop_singles(spatial);
     if (spatial.size() > 3) {
       fail(header_.kinds.empty() ? "dimension" : "kinds",
-           fmt::format("a volume of 3 axes, or a kind list or time of the fourth (say which is which with --axes, such as xyzt)"),
+           fmt::format("a volume of 3 axes, or a kind list or time of the fourth (say which is which with "
+                       "--axes, such as xyzt)"),
            fmt::format("{} axes, {}", spatial.size(), fmt::join(header_.sizes, " x ")));
     }
     for (std::size_t i = 0; i < spatial.size(); ++i) letters[spatial[i]] = "xyz"[i];
@@ -100,9 +128,11 @@ class Geometry {
         if (axis) units.push_back(header_.units[*axis]);
     }
     if (units.empty()) return "";
-    if (header_.space_dimension == 4 && field[0] == 's' && units.size() == 4) units.pop_back();  // that of the time
+    if (header_.space_dimension == 4 && field[0] == 's' && units.size() == 4)
+      units.pop_back();  // that of the time
     for (const std::string& unit : units) {
-      if (unit != units[0]) fail(field, "the same unit on all axes", fmt::format("\"{}\"", fmt::join(units, "\" \"")));
+      if (unit != units[0])
+        fail(field, "the same unit on all axes", fmt::format("\"{}\"", fmt::join(units, "\" \"")));
     }
     return units[0] == "???" ? "" : units[0];
   }
@@ -110,13 +140,16 @@ class Geometry {
   /// Fields of which each axis can have only one.
   void check_pairs() const {
     if (!header_.spacings.empty() && !header_.directions.empty())
-      fail("space directions", "either spacings or space directions", fmt::format("both (spacings are in {})", header_.line_of("spacings")));
+      fail("space directions", "either spacings or space directions",
+           fmt::format("both (spacings are in {})", header_.line_of("spacings")));
     if (!header_.space_origin.empty() && header_.directions.empty())
       fail("space origin", "space directions with the space origin", "none");
-    const std::size_t spatial = header_.sizes.size() - static_cast<std::size_t>(std::ranges::count_if(
-                                                           header_.directions, [](const auto& d) { return d.empty(); }));
+    const std::size_t spatial =
+        header_.sizes.size() - static_cast<std::size_t>(std::ranges::count_if(
+                                   header_.directions, [](const auto& d) { return d.empty(); }));
     if (!header_.directions.empty() && spatial > *header_.space_dimension) {
-      fail("space directions", fmt::format("at most {} axes of the space, the others none", *header_.space_dimension),
+      fail("space directions",
+           fmt::format("at most {} axes of the space, the others none", *header_.space_dimension),
            fmt::format("{}", spatial));
     }
   }
@@ -126,7 +159,9 @@ class Geometry {
     throw_input_error(file_, header_.line_of(field), expected, found);
   }
 
-  bool is_none(std::size_t axis) const { return !header_.directions.empty() && header_.directions[axis].empty(); }
+  bool is_none(std::size_t axis) const {
+    return !header_.directions.empty() && header_.directions[axis].empty();
+  }
 
   std::string kind_of(std::size_t axis) const {
     if (!header_.kinds.empty() && !says_nothing(header_.kinds[axis])) return header_.kinds[axis];
@@ -135,7 +170,9 @@ class Geometry {
 
   void check_kind(std::size_t axis, const std::string& kind) const {
     const auto samples = samples_of_kind(kind);
-    if (!samples) fail("kinds", "a kind that the format defines, such as domain, space, time or list", fmt::format("'{}'", kind));
+    if (!samples)
+      fail("kinds", "a kind that the format defines, such as domain, space, time or list",
+           fmt::format("'{}'", kind));
     if (*samples > 1 && header_.sizes[axis] == *samples) {
       fail("kinds", "domain or space, or another kind of length 1, since a volume has one value per voxel",
            fmt::format("axis {} of kind {}, {} values per voxel", axis + 1, header_.kinds[axis], *samples));
@@ -179,7 +216,8 @@ class Geometry {
 
 }  // namespace
 
-NrrdGeometry nrrd_geometry(const std::string& file, const NrrdHeader& header, VoxelType type, const OpenOptions& options) {
+NrrdGeometry nrrd_geometry(const std::string& file, const NrrdHeader& header, VoxelType type,
+                           const OpenOptions& options) {
   const Geometry geometry(file, header);
   geometry.check_pairs();
   const std::string position = header.line_of("sizes");

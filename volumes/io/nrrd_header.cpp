@@ -102,7 +102,8 @@ class HeaderParser {
       if (line_.front() == '#') continue;
       const std::size_t colon = line_.find(':');
       if (colon == std::string_view::npos) fail("'field: description', 'key:=value' or a comment", line_);
-      if (const std::size_t key_end = line_.find(":="); key_end != std::string_view::npos && key_end <= line_.find(": ")) {
+      if (const std::size_t key_end = line_.find(":=");
+          key_end != std::string_view::npos && key_end <= line_.find(": ")) {
         key(line_.substr(0, key_end), line_.substr(key_end + 2));
       } else {
         field(lower(trimmed(line_.substr(0, colon))), trimmed(line_.substr(colon + 1)));
@@ -174,18 +175,21 @@ class HeaderParser {
         {"space dimension", &HeaderParser::space_dimension},
     };
     static const std::map<std::string_view, std::string_view> kAliases{
-        {"datafile", "data file"}, {"lineskip", "line skip"},     {"byteskip", "byte skip"}, {"oldmin", "old min"},
-        {"oldmax", "old max"},     {"centerings", "centers"},     {"axismins", "axis mins"}, {"axismaxs", "axis maxs"},
-        {"blocksize", "block size"}, {"sampleunits", "sample units"}};
+        {"datafile", "data file"},      {"lineskip", "line skip"}, {"byteskip", "byte skip"},
+        {"oldmin", "old min"},          {"oldmax", "old max"},     {"centerings", "centers"},
+        {"axismins", "axis mins"},      {"axismaxs", "axis maxs"}, {"blocksize", "block size"},
+        {"sampleunits", "sample units"}};
     static constexpr std::array<std::string_view, 15> kDescriptive{
-        "content", "number",      "min",       "max",       "old min", "old max",           "centers",     "thicknesses",
-        "labels",  "axis mins",   "axis maxs", "block size", "measurement frame", "sample units", "data order"};
+        "content",           "number",       "min",       "max",       "old min",   "old max",
+        "centers",           "thicknesses",  "labels",    "axis mins", "axis maxs", "block size",
+        "measurement frame", "sample units", "data order"};
     const auto alias = kAliases.find(written);
     const std::string name(alias == kAliases.end() ? written : alias->second);
     const auto handler = kHandlers.find(name);
     if (handler == kHandlers.end() && std::ranges::find(kDescriptive, name) == kDescriptive.end()) {
       // Keys may have colons.
-      if (const std::size_t end = line_.find(":="); end != std::string_view::npos) return key(line_.substr(0, end), line_.substr(end + 2));
+      if (const std::size_t end = line_.find(":="); end != std::string_view::npos)
+        return key(line_.substr(0, end), line_.substr(end + 2));
       fail("a field that this reader knows", written);
     }
     if (const auto [first, fresh] = header_.lines.emplace(name, number_); !fresh)
@@ -197,7 +201,8 @@ class HeaderParser {
     if (const auto [first, fresh] = keys_.emplace(name, number_); !fresh)
       fail(fmt::format("each key once ('{}' is in line {})", name, first->second), line_);
     const std::string text = unescaped(value);
-    if (name == "kind") header_.kind = volume_kind_from_name(text);  // another program's key may have this name
+    if (name == "kind")
+      header_.kind = volume_kind_from_name(text);  // another program's key may have this name
     if (name == "name") header_.provenance.name = text;
     if (name == "source") header_.provenance.source = text;
     if (name == "licence") header_.provenance.licence = text;
@@ -211,7 +216,8 @@ class HeaderParser {
   void space(std::string_view value) {
     static constexpr std::array<std::string_view, 4> kFour{"time", "rast", "last", "lpst"};
     const std::string name = lower(value);
-    const bool with_time = std::ranges::any_of(kFour, [&](std::string_view end) { return name.ends_with(end); });
+    const bool with_time =
+        std::ranges::any_of(kFour, [&](std::string_view end) { return name.ends_with(end); });
     set_space_dimension(with_time ? 4 : 3, value);
   }
   void space_dimension(std::string_view value) {
@@ -234,20 +240,24 @@ class HeaderParser {
 
   std::vector<std::string_view> words_of_axes(std::string_view value) const {
     auto words = words_of(value);
-    if (words.size() != axes_) fail(fmt::format("{} values, one an axis, after the field 'dimension'", axes_), value);
+    if (words.size() != axes_)
+      fail(fmt::format("{} values, one an axis, after the field 'dimension'", axes_), value);
     return words;
   }
 
   void sizes(std::string_view value) {
-    for (const std::string_view word : words_of_axes(value)) header_.sizes.push_back(number<std::uint64_t>(word, "a size"));
+    for (const std::string_view word : words_of_axes(value))
+      header_.sizes.push_back(number<std::uint64_t>(word, "a size"));
   }
 
   void encoding(std::string_view value) {
     static const std::map<std::string_view, ArrayEncoding> kEncodings{
-        {"raw", ArrayEncoding::kPlain}, {"gz", ArrayEncoding::kGzip},   {"gzip", ArrayEncoding::kGzip}, {"hex", ArrayEncoding::kHex},
-        {"txt", ArrayEncoding::kText},  {"text", ArrayEncoding::kText}, {"ascii", ArrayEncoding::kText}};
+        {"raw", ArrayEncoding::kPlain}, {"gz", ArrayEncoding::kGzip},  {"gzip", ArrayEncoding::kGzip},
+        {"hex", ArrayEncoding::kHex},   {"txt", ArrayEncoding::kText}, {"text", ArrayEncoding::kText},
+        {"ascii", ArrayEncoding::kText}};
     const auto found = kEncodings.find(lower(value));
-    if (found == kEncodings.end()) fail("encoding raw, gzip, hex or ascii (others are rewritten by 'unu save -f nrrd -e gzip')", value);
+    if (found == kEncodings.end())
+      fail("encoding raw, gzip, hex or ascii (others are rewritten by 'unu save -f nrrd -e gzip')", value);
     header_.encoding = found->second;
   }
 
@@ -261,9 +271,12 @@ class HeaderParser {
     const auto words = words_of(value);
     const bool list = !words.empty() && words.size() <= 2 && words[0] == "LIST";
     const std::size_t percent = value.find('%');
-    const std::size_t conversion = percent == std::string_view::npos ? percent : value.find_first_not_of("0123456789", percent + 1);
-    const bool pattern = words.size() >= 4 && conversion != std::string_view::npos && value[conversion] == 'd';
-    if (value.empty() || list || pattern) fail("the name of one data file (join several with 'unu join' or 'unu save')", value);
+    const std::size_t conversion =
+        percent == std::string_view::npos ? percent : value.find_first_not_of("0123456789", percent + 1);
+    const bool pattern =
+        words.size() >= 4 && conversion != std::string_view::npos && value[conversion] == 'd';
+    if (value.empty() || list || pattern)
+      fail("the name of one data file (join several with 'unu join' or 'unu save')", value);
     header_.data_file = value;
   }
 
@@ -305,7 +318,8 @@ class HeaderParser {
     const std::string expected = fmt::format("{} vectors (a,b,c) or none, one an axis", axes_);
     for (std::size_t at = value.find_first_not_of(" \t"); at != std::string_view::npos;) {
       const bool vector = value[at] == '(';
-      const std::size_t end = vector ? value.find(')', at) : std::min(value.find_first_of(" \t(", at), value.size());
+      const std::size_t end =
+          vector ? value.find(')', at) : std::min(value.find_first_of(" \t(", at), value.size());
       if (end == std::string_view::npos) fail(expected, value);
       if (!vector && lower(value.substr(at, end - at)) != "none") fail(expected, value);
       std::vector<double> direction;
@@ -323,12 +337,14 @@ class HeaderParser {
 
   void units(std::string_view value) {
     header_.units = quoted_of(value);
-    if (header_.units.size() != axes_) fail(fmt::format("{} units in quotation marks, one an axis", axes_), value);
+    if (header_.units.size() != axes_)
+      fail(fmt::format("{} units in quotation marks, one an axis", axes_), value);
   }
   void space_units(std::string_view value) {
     header_.space_units = quoted_of(value);
     if (header_.space_units.size() != header_.space_dimension.value_or(header_.space_units.size()))
-      fail(fmt::format("{} units in quotation marks, one an axis of the space", *header_.space_dimension), value);
+      fail(fmt::format("{} units in quotation marks, one an axis of the space", *header_.space_dimension),
+           value);
   }
 
   void kinds(std::string_view value) {

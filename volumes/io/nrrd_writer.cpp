@@ -36,18 +36,18 @@ std::string_view type_name(VoxelType type) {
   return "?";
 }
 
-
 /// Spacings, or directions and origin where the volume has an offset.
 std::string geometry_text(const VolumeInfo& info, bool series) {
   const auto& [x, y, z] = info.voxel_size;
   const std::string& unit = info.voxel_unit;
   if (info.offset == std::array<double, 3>{}) {
     std::string text = fmt::format("spacings: {} {} {}{}\n", x, y, z, series ? " nan" : "");
-    if (!unit.empty()) text += fmt::format("units: \"{0}\" \"{0}\" \"{0}\"{1}\n", unit, series ? " \"\"" : "");
+    if (!unit.empty())
+      text += fmt::format("units: \"{0}\" \"{0}\" \"{0}\"{1}\n", unit, series ? " \"\"" : "");
     return text;
   }
-  std::string text = fmt::format("space dimension: 3\nspace directions: ({},0,0) (0,{},0) (0,0,{}){}\n", x, y, z,
-                                 series ? " none" : "");
+  std::string text = fmt::format("space dimension: 3\nspace directions: ({},0,0) (0,{},0) (0,0,{}){}\n", x, y,
+                                 z, series ? " none" : "");
   text += fmt::format("space origin: ({},{},{})\n", info.offset[0], info.offset[1], info.offset[2]);
   if (!unit.empty()) text += fmt::format("space units: \"{0}\" \"{0}\" \"{0}\"\n", unit);
   return text;
@@ -68,9 +68,9 @@ std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenanc
   // Time is the last axis of a series, without spacing and unit.
   const bool series = info.time_steps > 1;
   const Extent step = info.step_extent();
-  std::string text = fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes: {} {} {}{}\n{}", type_name(info.type),
-                                 series ? 4 : 3, step.x, step.y, step.z,
-                                 series ? fmt::format(" {}", info.time_steps) : "", geometry_text(info, series));
+  std::string text = fmt::format(
+      "NRRD0004\ntype: {}\ndimension: {}\nsizes: {} {} {}{}\n{}", type_name(info.type), series ? 4 : 3,
+      step.x, step.y, step.z, series ? fmt::format(" {}", info.time_steps) : "", geometry_text(info, series));
   text += fmt::format("kinds: domain domain domain{}\nendian: little\nencoding: {}\n", series ? " list" : "",
                       encoding == NrrdEncoding::kRaw ? "raw" : "gzip");
   if (!data_file.empty()) text += fmt::format("data file: {}\n", data_file);
@@ -85,7 +85,8 @@ std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenanc
 void write_nrrd(const std::string& path, const VolumeSource& source, NrrdEncoding encoding) {
   const VolumeInfo& info = source.info();
   if (info.voxel_unit.find_first_of("\"\n\r") != std::string::npos)
-    throw_input_error(path, "units", "a unit without quotation marks and line ends", fmt::format("'{}'", info.voxel_unit));
+    throw_input_error(path, "units", "a unit without quotation marks and line ends",
+                      fmt::format("'{}'", info.voxel_unit));
   OutputFile file(path);
   if (!has_ending(path, ".nhdr")) {
     file.write(nrrd_header_text(info, source.provenance(), encoding, ""));

@@ -55,7 +55,8 @@ std::vector<YamlValue> three(const YamlValue& value, std::string_view what) {
 std::vector<double> three_numbers(const YamlValue& value, std::string_view what, bool positive) {
   std::vector<double> numbers;
   for (const YamlValue& number : three(value, what)) {
-    numbers.push_back(number.number(std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()));
+    numbers.push_back(
+        number.number(std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()));
     if (positive && numbers.back() <= 0) number.expected(what);
   }
   return numbers;
@@ -73,32 +74,45 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
   const std::string name = sidecar_name(file);
   std::error_code ignored;
   if (!std::filesystem::exists(name, ignored)) {
-    throw_input_error(file, "", fmt::format("a sidecar {} beside it, with the keys extent: [X, Y, Z] and type", name), "none");
+    throw_input_error(file, "",
+                      fmt::format("a sidecar {} beside it, with the keys extent: [X, Y, Z] and type", name),
+                      "none");
   }
   Sidecar sidecar;
   const auto number = [](const YamlValue& value) { return value.integer(0, kLargest); };
-  YamlValue::from_file(named_file(file, "sidecar", std::filesystem::path(name).filename().string(), options)).fields({
-      {"extent", [&](const YamlValue& v) { for (const YamlValue& n : three(v, "three sizes [x, y, z]")) sidecar.extent.push_back(number(n)); }, true},
-      {"steps", [&](const YamlValue& v) { sidecar.steps = v.integer(1, kLargest); }},
-      {"type", [&](const YamlValue& v) { sidecar.type = named(v, voxel_type_from_name, "u8, u16, u32, u64, i16 or f32"); }, true},
-      {"kind", [&](const YamlValue& v) { sidecar.kind = named(v, volume_kind_from_name, "labels or scalars"); }},
-      {"voxel_size", [&](const YamlValue& v) {
-         sidecar.voxel_size = three_numbers(v, "three positive numbers [x, y, z]", true);
-       }},
-      {"voxel_unit", [&](const YamlValue& v) { sidecar.voxel_unit = v.text(); }},
-      {"offset", [&](const YamlValue& v) {
-         sidecar.offset = three_numbers(v, "three numbers [x, y, z]", false);
-       }},
-      {"byte_order", [&](const YamlValue& v) {
-         const std::string order = v.text("little or big");
-         if (order != "little" && order != "big") v.expected("little or big");
-         sidecar.big_endian = order == "big";
-       }},
-      {"offset_bytes", [&](const YamlValue& v) { sidecar.offset_bytes = number(v); }},
-      {"name", [&](const YamlValue& v) { sidecar.provenance.name = v.text(); }},
-      {"source", [&](const YamlValue& v) { sidecar.provenance.source = v.text(); }},
-      {"licence", [&](const YamlValue& v) { sidecar.provenance.licence = v.text(); }},
-  });
+  YamlValue::from_file(named_file(file, "sidecar", std::filesystem::path(name).filename().string(), options))
+      .fields({
+          {"extent",
+           [&](const YamlValue& v) {
+             for (const YamlValue& n : three(v, "three sizes [x, y, z]")) sidecar.extent.push_back(number(n));
+           },
+           true},
+          {"steps", [&](const YamlValue& v) { sidecar.steps = v.integer(1, kLargest); }},
+          {"type",
+           [&](const YamlValue& v) {
+             sidecar.type = named(v, voxel_type_from_name, "u8, u16, u32, u64, i16 or f32");
+           },
+           true},
+          {"kind",
+           [&](const YamlValue& v) { sidecar.kind = named(v, volume_kind_from_name, "labels or scalars"); }},
+          {"voxel_size",
+           [&](const YamlValue& v) {
+             sidecar.voxel_size = three_numbers(v, "three positive numbers [x, y, z]", true);
+           }},
+          {"voxel_unit", [&](const YamlValue& v) { sidecar.voxel_unit = v.text(); }},
+          {"offset",
+           [&](const YamlValue& v) { sidecar.offset = three_numbers(v, "three numbers [x, y, z]", false); }},
+          {"byte_order",
+           [&](const YamlValue& v) {
+             const std::string order = v.text("little or big");
+             if (order != "little" && order != "big") v.expected("little or big");
+             sidecar.big_endian = order == "big";
+           }},
+          {"offset_bytes", [&](const YamlValue& v) { sidecar.offset_bytes = number(v); }},
+          {"name", [&](const YamlValue& v) { sidecar.provenance.name = v.text(); }},
+          {"source", [&](const YamlValue& v) { sidecar.provenance.source = v.text(); }},
+          {"licence", [&](const YamlValue& v) { sidecar.provenance.licence = v.text(); }},
+      });
   return sidecar;
 }
 
@@ -108,8 +122,8 @@ std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions
   MappedFile file(path.file);
   const std::string sidecar_path = sidecar_name(path.file);
   const Sidecar sidecar = read_sidecar(path.file, options);
-  const Interpretation meaning = interpret(path.file, {sidecar.type, sidecar.type == VoxelType::kI16}, options.kind,
-                                           sidecar.kind, FloatLabels::kConverted);
+  const Interpretation meaning = interpret(path.file, {sidecar.type, sidecar.type == VoxelType::kI16},
+                                           options.kind, sidecar.kind, FloatLabels::kConverted);
   std::vector<std::uint64_t> sizes = sidecar.extent;
   if (sidecar.steps) sizes.push_back(*sidecar.steps);
   const std::string letters = options.axes.empty() ? std::string("xyzt").substr(0, sizes.size())
@@ -128,9 +142,10 @@ std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions
   apply_axes(path, "steps", axes, info, layout);
   const std::uint64_t size = file.bytes().size();
   if (layout.offset > size || size - layout.offset != layout.stored_bytes) {
-    throw_input_error(path.file, "",
-                      fmt::format("{} + {} bytes as {} says", layout.offset, layout.stored_bytes, sidecar_path),
-                      fmt::format("{} bytes", size));
+    throw_input_error(
+        path.file, "",
+        fmt::format("{} + {} bytes as {} says", layout.offset, layout.stored_bytes, sidecar_path),
+        fmt::format("{} bytes", size));
   }
   return open_array(std::move(file), info, layout, sidecar.provenance, {path.file, sidecar_path});
 }

@@ -11,25 +11,33 @@ namespace {
 
 constexpr std::string_view kLetters = "xyztc";
 
-std::string listed(const std::vector<std::uint64_t>& sizes) { return fmt::format("{}", fmt::join(sizes, " x ")); }
+std::string listed(const std::vector<std::uint64_t>& sizes) {
+  return fmt::format("{}", fmt::join(sizes, " x "));
+}
 
 }  // namespace
 
-std::string letters_of(const std::string& file, std::string_view position, const std::vector<std::uint64_t>& sizes,
-                       const OpenOptions& options) {
+std::string letters_of(const std::string& file, std::string_view position,
+                       const std::vector<std::uint64_t>& sizes, const OpenOptions& options) {
   const std::string& given = options.axes;
   for (std::size_t i = 0; i < given.size(); ++i) {
     if (kLetters.find(given[i]) == std::string_view::npos || given.find(given[i]) != i) {
-      throw_input_error(file, position, fmt::format("axes {} as letters x, y, z, t and c, x first, each at most once", listed(sizes)),
-                        fmt::format("'{}'", given));
+      throw_input_error(
+          file, position,
+          fmt::format("axes {} as letters x, y, z, t and c, x first, each at most once", listed(sizes)),
+          fmt::format("'{}'", given));
     }
   }
   if (given.size() == sizes.size()) return given;
-  const auto longer = static_cast<std::size_t>(std::ranges::count_if(sizes, [](std::uint64_t n) { return n != 1; }));
+  const auto longer =
+      static_cast<std::size_t>(std::ranges::count_if(sizes, [](std::uint64_t n) { return n != 1; }));
   if (given.size() != longer) {
-    const std::string or_fewer = longer == sizes.size() ? "" : fmt::format(" (or {}, without those of length 1)", longer);
-    throw_input_error(file, position, fmt::format("{} letters for the axes {}{}, x first", sizes.size(), listed(sizes), or_fewer),
-                      fmt::format("{}, '{}'", given.size(), given));
+    const std::string or_fewer =
+        longer == sizes.size() ? "" : fmt::format(" (or {}, without those of length 1)", longer);
+    throw_input_error(
+        file, position,
+        fmt::format("{} letters for the axes {}{}, x first", sizes.size(), listed(sizes), or_fewer),
+        fmt::format("{}, '{}'", given.size(), given));
   }
   std::string letters;
   std::size_t next = 0;
@@ -37,8 +45,8 @@ std::string letters_of(const std::string& file, std::string_view position, const
   return letters;
 }
 
-StoredAxes resolve_axes(const std::string& file, std::string_view position, const std::vector<std::uint64_t>& sizes,
-                        std::string_view letters, VoxelType type) {
+StoredAxes resolve_axes(const std::string& file, std::string_view position,
+                        const std::vector<std::uint64_t>& sizes, std::string_view letters, VoxelType type) {
   std::array<std::optional<std::size_t>, 4> axis;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     const std::size_t letter = std::string_view("xyzt").find(letters[i]);
@@ -46,8 +54,10 @@ StoredAxes resolve_axes(const std::string& file, std::string_view position, cons
       axis[letter] = i;
     } else if (sizes[i] != 1) {
       const std::string what = letters[i] == 'c' ? "channels" : "entries";
-      throw_input_error(file, position, fmt::format("1 of the {} of axis {}, since a volume has one value per voxel", what, i + 1),
-                        fmt::format("{} {} (axes {})", sizes[i], what, listed(sizes)));
+      throw_input_error(
+          file, position,
+          fmt::format("1 of the {} of axis {}, since a volume has one value per voxel", what, i + 1),
+          fmt::format("{} {} (axes {})", sizes[i], what, listed(sizes)));
     }
   }
   const auto size_of_axis = [&](std::size_t letter) { return axis[letter] ? sizes[*axis[letter]] : 1; };

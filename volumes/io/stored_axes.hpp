@@ -20,22 +20,23 @@
 namespace cvr::volumes {
 
 struct StoredAxes {
-  std::array<std::optional<std::size_t>, 3> axis;  ///< the stored axis that is x, y, z; none: an axis of length 1
-  Extent step;                                     ///< voxels of one time step
-  std::uint64_t steps = 0;                         ///< of a series; 0: a single volume
-  std::array<std::uint64_t, 4> strides{};          ///< of x, y, z, t in stored voxels
+  std::array<std::optional<std::size_t>, 3>
+      axis;                                ///< the stored axis that is x, y, z; none: an axis of length 1
+  Extent step;                             ///< voxels of one time step
+  std::uint64_t steps = 0;                 ///< of a series; 0: a single volume
+  std::array<std::uint64_t, 4> strides{};  ///< of x, y, z, t in stored voxels
   std::uint64_t voxels() const { return step.voxels() * (steps == 0 ? 1 : steps); }
 };
 
 /// The letters that the caller gave, one per stored axis. Throws InputError at `position` if letters or their number do
 /// not fit `sizes`. `options.axes` must not be empty.
-std::string letters_of(const std::string& file, std::string_view position, const std::vector<std::uint64_t>& sizes,
-                       const OpenOptions& options);
+std::string letters_of(const std::string& file, std::string_view position,
+                       const std::vector<std::uint64_t>& sizes, const OpenOptions& options);
 
 /// Throws InputError for a letter given twice, an axis of another length than 1 that would be dropped, and an extent that
 /// check_extent refuses.
-StoredAxes resolve_axes(const std::string& file, std::string_view position, const std::vector<std::uint64_t>& sizes,
-                        std::string_view letters, VoxelType type);
+StoredAxes resolve_axes(const std::string& file, std::string_view position,
+                        const std::vector<std::uint64_t>& sizes, std::string_view letters, VoxelType type);
 
 /// The values of x, y, z out of one value per stored axis; `missing` for axes that the file lacks.
 std::array<double, 3> along_xyz(const StoredAxes& axes, const std::vector<double>& values, double missing);

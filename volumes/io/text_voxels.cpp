@@ -13,7 +13,8 @@ namespace {
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
 template <class T>
-void read_numbers(const std::string& file, std::string_view text, const StoredType& type, std::span<std::byte> out) {
+void read_numbers(const std::string& file, std::string_view text, const StoredType& type,
+                  std::span<std::byte> out) {
   const std::uint64_t expected = out.size() / sizeof(T);
   std::uint64_t count = 0;
   for (std::size_t at = text.find_first_not_of(kBlanks); at != std::string_view::npos; ++count) {
@@ -23,13 +24,15 @@ void read_numbers(const std::string& file, std::string_view text, const StoredTy
     T value{};
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || stop != word.data() + word.size()) {
-      throw_input_error(file, fmt::format("voxel number {}", count), fmt::format("a number of type {}", name_of(type)),
+      throw_input_error(file, fmt::format("voxel number {}", count),
+                        fmt::format("a number of type {}", name_of(type)),
                         fmt::format("'{}'", word.substr(0, 40)));
     }
     if (count < expected) std::memcpy(out.data() + count * sizeof(T), &value, sizeof value);
     at = text.find_first_not_of(kBlanks, end);
   }
-  if (count != expected) throw_input_error(file, "voxels", fmt::format("{} numbers", expected), fmt::format("{}", count));
+  if (count != expected)
+    throw_input_error(file, "voxels", fmt::format("{} numbers", expected), fmt::format("{}", count));
 }
 
 int digit_of(char c) {
@@ -43,12 +46,14 @@ int digit_of(char c) {
 
 void check_digits(const std::string& file, std::uint64_t characters, std::uint64_t bytes) {
   if (bytes <= characters / 2) return;
-  throw_input_error(file, "voxels", fmt::format("{} digits, two a byte", 2 * bytes), fmt::format("{} characters", characters));
+  throw_input_error(file, "voxels", fmt::format("{} digits, two a byte", 2 * bytes),
+                    fmt::format("{} characters", characters));
 }
 
 void check_numbers(const std::string& file, std::uint64_t characters, std::uint64_t numbers) {
   if (numbers <= characters / 2 + 1) return;
-  throw_input_error(file, "voxels", fmt::format("{} numbers", numbers), fmt::format("{} characters", characters));
+  throw_input_error(file, "voxels", fmt::format("{} numbers", numbers),
+                    fmt::format("{} characters", characters));
 }
 
 void read_hex_voxels(const std::string& file, std::string_view text, std::span<std::byte> out) {
@@ -66,11 +71,13 @@ void read_hex_voxels(const std::string& file, std::string_view text, std::span<s
     ++digits;
   }
   if (digits != 2 * out.size()) {
-    throw_input_error(file, "voxels", fmt::format("{} hexadecimal digits", 2 * out.size()), fmt::format("{}", digits));
+    throw_input_error(file, "voxels", fmt::format("{} hexadecimal digits", 2 * out.size()),
+                      fmt::format("{}", digits));
   }
 }
 
-void read_text_voxels(const std::string& file, std::string_view text, const StoredType& type, std::span<std::byte> out) {
+void read_text_voxels(const std::string& file, std::string_view text, const StoredType& type,
+                      std::span<std::byte> out) {
   if (type.is_float64) return read_numbers<double>(file, text, type, out);
   if (type.type == VoxelType::kF32) return read_numbers<float>(file, text, type, out);
   if (type.type == VoxelType::kI16) return read_numbers<std::int16_t>(file, text, type, out);

@@ -21,6 +21,7 @@ void read_hex_voxels(const std::string& file, std::string_view text, std::span<s
 
 /// Numbers separated by white space, as many as fit into `out`, and nothing else, in native byte order. Throws InputError
 /// with the number's position for what the type does not hold.
-void read_text_voxels(const std::string& file, std::string_view text, const StoredType& type, std::span<std::byte> out);
+void read_text_voxels(const std::string& file, std::string_view text, const StoredType& type,
+                      std::span<std::byte> out);
 
 }  // namespace cvr::volumes

@@ -45,14 +45,16 @@ const std::map<std::string, Refusal>& refusals() {
 }
 
 double voxel_value(const Volume& volume, std::uint64_t index) {
-  return with_voxel_type(volume.info().type, [&]<class T>() { return static_cast<double>(volume.voxels<T>()[index]); });
+  return with_voxel_type(volume.info().type,
+                         [&]<class T>() { return static_cast<double>(volume.voxels<T>()[index]); });
 }
 
 /// `shape` and indices are slowest axis first; leading axes of length 1 and missing ones are none of the volume's.
 void expect_volume(const VolumeSource& source, const Json& truth) {
   const Volume volume = read_all(source);
   const auto shape = truth.at("shape").get<std::vector<std::uint64_t>>();
-  std::vector<std::uint64_t> found{source.info().time_steps, volume.info().step_extent().z, volume.extent().y, volume.extent().x};
+  std::vector<std::uint64_t> found{source.info().time_steps, volume.info().step_extent().z, volume.extent().y,
+                                   volume.extent().x};
   std::vector<std::uint64_t> expected = shape;
   while (expected.size() < found.size()) expected.insert(expected.begin(), 1);
   EXPECT_EQ(found, expected);
@@ -60,7 +62,8 @@ void expect_volume(const VolumeSource& source, const Json& truth) {
   std::uint64_t exact = 0;
   for (std::uint64_t i = 0; i < volume.extent().voxels(); ++i) {
     sum += voxel_value(volume, i);
-    if (is_label_type(volume.info().type)) with_label_type(volume.info().type, [&]<class T>() { exact += volume.voxels<T>()[i]; });
+    if (is_label_type(volume.info().type))
+      with_label_type(volume.info().type, [&]<class T>() { exact += volume.voxels<T>()[i]; });
   }
   if (is_label_type(volume.info().type)) {
     EXPECT_EQ(exact, truth.at("sum").get<std::uint64_t>());
@@ -69,7 +72,8 @@ void expect_volume(const VolumeSource& source, const Json& truth) {
   }
   for (const Json& voxel : truth.at("voxels")) {
     std::uint64_t index = 0;
-    for (std::size_t axis = 0; axis < shape.size(); ++axis) index = index * shape[axis] + voxel[0][axis].get<std::uint64_t>();
+    for (std::size_t axis = 0; axis < shape.size(); ++axis)
+      index = index * shape[axis] + voxel[0][axis].get<std::uint64_t>();
     EXPECT_EQ(voxel_value(volume, index), voxel[1].get<double>()) << voxel[0];
   }
 }
@@ -88,7 +92,8 @@ class Fixtures : public testing::TestWithParam<const char*> {};
 
 TEST_P(Fixtures, AreReadOrRefusedByName) {
   const char* folder = std::getenv("CVRBENCH_FIXTURES");
-  if (folder == nullptr) GTEST_SKIP() << "CVRBENCH_FIXTURES names no folder of files of other implementations";
+  if (folder == nullptr)
+    GTEST_SKIP() << "CVRBENCH_FIXTURES names no folder of files of other implementations";
   const std::filesystem::path format = std::filesystem::path(folder) / GetParam();
   std::ifstream stream(format / "expected.json");
   ASSERT_TRUE(stream.is_open()) << format;
@@ -121,14 +126,16 @@ TEST_P(Fixtures, AreReadOrRefusedByName) {
         EXPECT_EQ(source->info().time_steps, truth.at("shape").back().get<std::uint64_t>());
         const Volume volume = read_all(*source);
         const auto voxels = volume.voxels<std::uint8_t>();
-        EXPECT_EQ(std::accumulate(voxels.begin(), voxels.end(), std::uint64_t{0}), truth.at("sum").get<std::uint64_t>());
+        EXPECT_EQ(std::accumulate(voxels.begin(), voxels.end(), std::uint64_t{0}),
+                  truth.at("sum").get<std::uint64_t>());
       }
     }
   }
   EXPECT_GT(volumes, 15u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Fixtures, testing::Values("nrrd", "nifti"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Formats, Fixtures, testing::Values("nrrd", "nifti"),
+                         [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
 }  // namespace cvr::volumes
