@@ -27,7 +27,9 @@ void hold_standard_descriptors() {
 
 int main(int argc, char** argv) {
   hold_standard_descriptors();
-  ::signal(SIGXFSZ, SIG_IGN);  // a file that reaches the limit of its size (ulimit -f) is an error of writing, not the program's end
+  ::signal(
+      SIGXFSZ,
+      SIG_IGN);  // a file that reaches the limit of its size (ulimit -f) is an error of writing, not the program's end
   cvr::experiments::cli::Environment environment;
   environment.program = "/proc/self/exe";
   environment.data = variable("CVRBENCH_DATA");

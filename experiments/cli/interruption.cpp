@@ -23,7 +23,8 @@ InterruptWatch::InterruptWatch() {
   }
   signals_ = signalfd(-1, &watched_, SFD_CLOEXEC);
   stop_ = eventfd(0, EFD_CLOEXEC);
-  if (signals_ < 0 || stop_ < 0) throw std::system_error(errno, std::generic_category(), "watching for signals");
+  if (signals_ < 0 || stop_ < 0)
+    throw std::system_error(errno, std::generic_category(), "watching for signals");
   pthread_sigmask(SIG_BLOCK, &watched_, &before_);
   thread_ = std::thread([this] { watch(); });
 }
@@ -53,7 +54,8 @@ void InterruptWatch::end_by(int signal_number) {
   if (const pid_t child = child_; child > 0) {
     ::kill(child, SIGTERM);
     siginfo_t ignored{};
-    while (::waitid(P_PID, static_cast<id_t>(child), &ignored, WEXITED | WNOWAIT) != 0 && errno == EINTR) continue;
+    while (::waitid(P_PID, static_cast<id_t>(child), &ignored, WEXITED | WNOWAIT) != 0 && errno == EINTR)
+      continue;
   }
   volumes::abandon_outputs();
   ::signal(signal_number, SIG_DFL);

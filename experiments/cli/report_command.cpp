@@ -85,7 +85,8 @@ std::string find_python(InterruptWatch& watch) {
 std::vector<std::string> inputs_of(const ReportChoices& c) {
   std::vector<std::string> inputs;
   for (const fs::path folder : c.results) {
-    for (const char* name : {"rows.jsonl", "tables", "claims", "pictures"}) inputs.push_back((folder / name).string());
+    for (const char* name : {"rows.jsonl", "tables", "claims", "pictures"})
+      inputs.push_back((folder / name).string());
   }
   return inputs;
 }

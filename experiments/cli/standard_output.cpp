@@ -20,8 +20,8 @@ bool closes(int descriptor) {
   return copy >= 0 && ::close(copy) == 0;
 }
 
-/// Why not all of standard output has arrived; no error where it has. A program that printed nothing has lost nothing, even where the
-/// descriptor is closed.
+/// Why not all of standard output has arrived; no error where it has. A program that printed nothing has lost
+/// nothing, even where the descriptor is closed.
 std::error_code flush_standard_output() {
   std::cout.flush();
   const bool failed_before = std::ferror(stdout) != 0;

@@ -109,15 +109,18 @@ void require_file(const std::string& path) {
 
 std::string output_target(const std::string& path) {
   if (path.empty()) throw_output_error("''", "a name is missing");
-  const bool device = (path.starts_with("/dev/") && !path.starts_with("/dev/shm/")) || path.starts_with("/proc/");
+  const bool device =
+      (path.starts_with("/dev/") && !path.starts_with("/dev/shm/")) || path.starts_with("/proc/");
   if (device) throw_output_error(path, "it names a device or an open file, and outputs are plain files");
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) {
     const int reason = errno;
     if (reason != ENOENT) throw_output_error(path, std::strerror(reason));
-    if (::lstat(path.c_str(), &status) == 0) throw_output_error(path, "it is a symbolic link to a file that is missing");
+    if (::lstat(path.c_str(), &status) == 0)
+      throw_output_error(path, "it is a symbolic link to a file that is missing");
     const std::string folder = folder_of(path);
-    if (::stat(folder.c_str(), &status) != 0) throw_output_error(path, fmt::format("there is no folder '{}'", folder));
+    if (::stat(folder.c_str(), &status) != 0)
+      throw_output_error(path, fmt::format("there is no folder '{}'", folder));
     return path;
   }
   if (S_ISDIR(status.st_mode)) throw_output_error(path, "a folder has this name");
@@ -142,13 +145,16 @@ void refuse_to_replace(const std::vector<std::string>& outputs, const std::vecto
     for (const std::string& output : outputs) {
       const auto written = identity_of(output);
       if (written == read) {
-        throw_input_error(output, "", "another file than the input", fmt::format("'{}', which is read", input));
+        throw_input_error(output, "", "another file than the input",
+                          fmt::format("'{}', which is read", input));
       }
       if (lies_in(output, *read)) {
-        throw_input_error(output, "", "a place outside the input", fmt::format("the folder '{}', which is read", input));
+        throw_input_error(output, "", "a place outside the input",
+                          fmt::format("the folder '{}', which is read", input));
       }
       if (written && lies_in(input, *written)) {
-        throw_input_error(output, "", "a folder without the input", fmt::format("'{}' in it, which is read", input));
+        throw_input_error(output, "", "a folder without the input",
+                          fmt::format("'{}' in it, which is read", input));
       }
     }
   }
@@ -165,7 +171,9 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)), target_(outpu
   }
   if (descriptor_ < 0) throw_output_error(path_, std::strerror(errno));
   unfinished.add(partial_);
-  if (replaces) static_cast<void>(::fchmod(descriptor_, old.st_mode & 0777));  // a file system without modes has none to keep
+  if (replaces)
+    static_cast<void>(
+        ::fchmod(descriptor_, old.st_mode & 0777));  // a file system without modes has none to keep
 }
 
 OutputFile::~OutputFile() {

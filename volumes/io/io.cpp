@@ -90,7 +90,8 @@ Chosen choose_or_throw(const std::string& path) {
   if (chosen.format == nullptr) {
     std::error_code ignored;
     const std::string folder = fmt::format(
-        "a folder without a file info ('{0}/' writes a precomputed volume to it, '{0}/NAME.h5' a file in it)", path);
+        "a folder without a file info ('{0}/' writes a precomputed volume to it, '{0}/NAME.h5' a file in it)",
+        path);
     throw_input_error(
         path, "", "a name ending in .h5, .hdf5, .nrrd, .nhdr, .nii, .nii.gz, .raw, or a precomputed folder",
         std::filesystem::is_directory(path, ignored) ? folder : "another name");
@@ -149,7 +150,8 @@ void check_volume_output(const std::string& path, const std::vector<std::string>
   for (const std::string& output : outputs) {
     std::error_code ignored;
     if (outputs.size() > 1 && std::filesystem::is_symlink(output, ignored)) {
-      throw_output_error(output, "it is a symbolic link, and its header lies beside the file itself: name that");
+      throw_output_error(output,
+                         "it is a symbolic link, and its header lies beside the file itself: name that");
     }
     check_output(output);
   }

@@ -60,7 +60,8 @@ std::string foreign_entry(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder / info.scale.key)) {
     const std::string name = entry.path().filename().string();
     const bool chunk = chunk_name_fault(info.scale, name).empty() && !name.ends_with(".gz");
-    if (!chunk || !fs::is_regular_file(entry.symlink_status())) return fmt::format("'{}/{}' in it", info.scale.key, name);
+    if (!chunk || !fs::is_regular_file(entry.symlink_status()))
+      return fmt::format("'{}/{}' in it", info.scale.key, name);
   }
   return {};
 }
@@ -70,7 +71,8 @@ void check_replaceable(const std::string& path, const fs::path& target) {
   const fs::file_status status = fs::status(target);
   if (!fs::exists(status)) {
     const fs::path folder = folder_of(target);
-    if (!fs::is_directory(folder)) throw_output_error(path, fmt::format("there is no folder '{}'", folder.string()));
+    if (!fs::is_directory(folder))
+      throw_output_error(path, fmt::format("there is no folder '{}'", folder.string()));
     return;
   }
   if (!fs::is_directory(status)) throw_output_error(path, "a file, device, pipe or socket has this name");
@@ -79,9 +81,11 @@ void check_replaceable(const std::string& path, const fs::path& target) {
     if (fs::equivalent(at, target)) throw_output_error(path, "it is the current folder or one above it");
   }
   if (const std::string found = foreign_entry(target); !found.empty()) {
-    throw_output_error(path, fmt::format("it is replaced only where it is empty or holds nothing but a precomputed volume that "
-                                         "was written here, found {}",
-                                         found));
+    throw_output_error(
+        path,
+        fmt::format("it is replaced only where it is empty or holds nothing but a precomputed volume that "
+                    "was written here, found {}",
+                    found));
   }
 }
 
@@ -108,7 +112,8 @@ OutputFolder::OutputFolder(std::string path) : path_(std::move(path)), target_(t
     partial_ = fmt::format("{}.part{}", target_.string(), number);
     made = fs::create_directory(partial_, error);
   }
-  if (!made) throw_output_error(path_, error ? error.message() : "a thousand unfinished folders lie beside it");
+  if (!made)
+    throw_output_error(path_, error ? error.message() : "a thousand unfinished folders lie beside it");
   unfinished.add(partial_.string());
 }
 
@@ -140,7 +145,8 @@ void OutputFolder::replace_old() {
     throw_output_error(path_, error.what());
   }
   if (::renameat2(AT_FDCWD, partial_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
-    throw_output_error(path_, fmt::format("it cannot be replaced here: {}; remove it or write beside it", std::strerror(errno)));
+    throw_output_error(path_, fmt::format("it cannot be replaced here: {}; remove it or write beside it",
+                                          std::strerror(errno)));
   }
   std::error_code ignored;
   fs::remove_all(partial_, ignored);

@@ -121,7 +121,8 @@ std::string checked_key(const Member& member) {
 std::string shape_of(const Member& scale, const char* name) {
   if (!scale.has(name)) return "?";
   std::string text;
-  for (const Json& value : scale.at(name).json()) text += (text.empty() ? "" : " x ") + value.dump().substr(0, 40);
+  for (const Json& value : scale.at(name).json())
+    text += (text.empty() ? "" : " x ") + value.dump().substr(0, 40);
   return text;
 }
 
@@ -129,8 +130,8 @@ std::string describe_scales(const Member& scales) {
   std::string text;
   for (std::size_t i = 0; i < scales.json().size(); ++i) {
     const Member scale = scales.at(i);
-    text += fmt::format("{}{} ({} voxels of {} nm)", i == 0 ? "" : ", ", scale.at("key").text(), shape_of(scale, "size"),
-                        shape_of(scale, "resolution"));
+    text += fmt::format("{}{} ({} voxels of {} nm)", i == 0 ? "" : ", ", scale.at("key").text(),
+                        shape_of(scale, "size"), shape_of(scale, "resolution"));
   }
   return text;
 }
@@ -156,8 +157,8 @@ Member checked_scales(const Member& root) {
   return scales;
 }
 
-/// Without a key the first scale is meant, which the format wants to be the finest. Where another has more voxels the first one is a
-/// placeholder or the order another, and which one is meant has to be said.
+/// Without a key the first scale is meant, which the format wants to be the finest. Where another has more
+/// voxels the first one is a placeholder or the order another, and which one is meant has to be said.
 Member find_scale(const Member& root, const std::string& key) {
   const Member scales = checked_scales(root);
   for (std::size_t i = 0; i < scales.json().size(); ++i) {
@@ -178,8 +179,10 @@ void read_chunk_sizes(const Member& member, StoredType type, PrecomputedScale& s
   const std::size_t count = chunk_sizes.json().is_array() ? chunk_sizes.json().size() : 1;
   for (std::size_t i = 0; i < std::max<std::size_t>(count, 1); ++i) {
     const auto edges = chunk_sizes.at(i).three_positive();
-    const Extent chunk{std::min(edges[0], scale.size.x), std::min(edges[1], scale.size.y), std::min(edges[2], scale.size.z)};
-    if (chunk.voxels() * size_of(type.type) > kMaximumChunkBytes) chunk_sizes.at(i).fail("chunks of at most 1 GiB");
+    const Extent chunk{std::min(edges[0], scale.size.x), std::min(edges[1], scale.size.y),
+                       std::min(edges[2], scale.size.z)};
+    if (chunk.voxels() * size_of(type.type) > kMaximumChunkBytes)
+      chunk_sizes.at(i).fail("chunks of at most 1 GiB");
     i == 0 ? scale.chunk = chunk : scale.more_chunks.emplace_back(chunk);
   }
 }
@@ -203,7 +206,8 @@ void read_encoding(const Member& root, const Member& member, StoredType type, Pr
                  static_cast<std::uint32_t>(block[2])};
 }
 
-PrecomputedScale read_scale(const std::string& file, const Member& root, const Member& member, StoredType type) {
+PrecomputedScale read_scale(const std::string& file, const Member& root, const Member& member,
+                            StoredType type) {
   if (member.has("sharding") && !member.at("sharding").json().is_null()) {
     member.at("sharding").fail("an unsharded scale, the only kind that is read", "a sharded one");
   }
@@ -233,7 +237,8 @@ Json parse_info(const std::string& file) {
   if (mapped.bytes().size() > kMaximumInfo) throw_input_error(file, "", "at most 16 MiB", "a larger file");
   std::vector<std::set<std::string>> keys;
   const auto check = [&](int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth > kMaximumDepth) throw_input_error(file, "", fmt::format("at most {} levels", kMaximumDepth), "more");
+    if (depth > kMaximumDepth)
+      throw_input_error(file, "", fmt::format("at most {} levels", kMaximumDepth), "more");
     if (event == Json::parse_event_t::object_start) keys.emplace_back();
     if (event == Json::parse_event_t::object_end) keys.pop_back();
     if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
@@ -262,7 +267,8 @@ PrecomputedInfo read_precomputed_info(const std::string& file, const std::string
   info.kind = type == "image" ? VolumeKind::kScalars : VolumeKind::kLabels;
   info.type = stored_type(root.at("data_type"));
   info.data_type = root.at("data_type").text();
-  if (root.at("num_channels").positive() != 1) root.at("num_channels").fail("1, since volumes of several channels are not read");
+  if (root.at("num_channels").positive() != 1)
+    root.at("num_channels").fail("1, since volumes of several channels are not read");
   info.scale = read_scale(file, root, find_scale(root, key), info.type);
   return info;
 }

@@ -51,15 +51,18 @@ void check_inside(const std::string& path, const fs::path& folder) {
   if (error) throw_input_error(path, "", "a readable file or folder", error.message());
   const fs::path inside = whole.lexically_relative(folder);
   if (inside.empty() || *inside.begin() == "..") {
-    throw_input_error(path, "", "a file in the volume's own folder, or --allow-external (allow_external: true in a configuration)",
-                      fmt::format("a symbolic link to '{}'", whole.string()));
+    throw_input_error(
+        path, "",
+        "a file in the volume's own folder, or --allow-external (allow_external: true in a configuration)",
+        fmt::format("a symbolic link to '{}'", whole.string()));
   }
 }
 
 /// The axes are those of the format; a caller may say so.
 void check_axes(const std::string& file, const std::string& axes) {
   if (axes.empty() || axes == "xyz" || axes == "xyzc") return;
-  throw_input_error(file, "axes", "none, xyz or xyzc, since precomputed volumes are stored so", fmt::format("'{}'", axes));
+  throw_input_error(file, "axes", "none, xyz or xyzc, since precomputed volumes are stored so",
+                    fmt::format("'{}'", axes));
 }
 
 /// Only a name that is truly absent counts as missing: a folder that may not be read must not pass for zeros.
@@ -105,7 +108,8 @@ void copy_shared(const Box& from, const std::byte* source, const Box& to, std::b
 
 class PrecomputedSource final : public VolumeSource {
  public:
-  PrecomputedSource(const Location& location, const OpenOptions& options) : root_(fs::canonical(location.folder)) {
+  PrecomputedSource(const Location& location, const OpenOptions& options)
+      : root_(fs::canonical(location.folder)) {
     const std::string file = (fs::path(location.folder) / "info").string();
     check_axes(file, options.axes);
     allow_external_ = options.allow_external;
@@ -183,7 +187,8 @@ class PrecomputedSource final : public VolumeSource {
   Buffer decode_chunk(const Box& box) const {
     const std::string plain = (fs::path(folder_) / precomputed_chunk_name(scale_, box)).string();
     const bool gzipped = exists(plain + ".gz");
-    if (exists(plain) && gzipped) throw_input_error(plain, "", "one file of a chunk", "another one with the ending .gz beside it");
+    if (exists(plain) && gzipped)
+      throw_input_error(plain, "", "one file of a chunk", "another one with the ending .gz beside it");
     const std::string name = gzipped ? plain + ".gz" : plain;
     if (!exists(name)) return {};
     if (!allow_external_) check_inside(name, root_);

@@ -28,8 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kChunk = 64;
 constexpr std::uint32_t kBlock = 8;
-constexpr double kWholeWithin = 1e-6;                      // of the number itself, or of one voxel
-constexpr double kMaximumOffset = 1125899906842624.0;      // 2^50 voxels: every whole number up to it is a double
+constexpr double kWholeWithin = 1e-6;                  // of the number itself, or of one voxel
+constexpr double kMaximumOffset = 1125899906842624.0;  // 2^50 voxels: every whole number up to it is a double
 const char* data_type(const VolumeInfo& info) {
   switch (info.type) {
     case VoxelType::kU8:
@@ -55,9 +55,11 @@ std::int64_t voxel_offset_of(const std::string& path, const VolumeInfo& info, st
   const bool representable = std::isfinite(voxels) && std::fabs(whole) <= kMaximumOffset &&
                              std::fabs(voxels - whole) <= kWholeWithin * std::max(1.0, std::fabs(whole));
   if (!representable) {
-    throw_input_error(path, fmt::format("offset along {}", "xyz"[axis]),
-                      "a whole number of voxels, since the precomputed format holds no other (HDF5, NRRD and raw do)",
-                      fmt::format("{} {} = {} voxels of {}", info.offset[axis], info.voxel_unit, voxels, info.voxel_size[axis]));
+    throw_input_error(
+        path, fmt::format("offset along {}", "xyz"[axis]),
+        "a whole number of voxels, since the precomputed format holds no other (HDF5, NRRD and raw do)",
+        fmt::format("{} {} = {} voxels of {}", info.offset[axis], info.voxel_unit, voxels,
+                    info.voxel_size[axis]));
   }
   return static_cast<std::int64_t>(whole);
 }

@@ -1,5 +1,5 @@
-// What may be written where: targets and how they are refused, inputs that no output may replace by whatever name, full disks and
-// limits, several writers of one name, and outputs that are abandoned.
+// What may be written where: targets and how they are refused, inputs that no output may replace by whatever
+// name, full disks and limits, several writers of one name, and outputs that are abandoned.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -41,7 +41,8 @@ class Outputs : public IoTest {
   static Volume small() { return patterned({5, 7, 3}, VoxelType::kU32, VolumeKind::kLabels); }
 };
 
-const std::vector<std::string> kNames{"a.h5", "b.nrrd", "c.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"};
+const std::vector<std::string> kNames{"a.h5",     "b.nrrd", "c.nhdr",       "d.nii",
+                                      "e.nii.gz", "f.raw",  "g.precomputed"};
 
 TEST_F(Outputs, OnlyPlainFilesAreReplaced) {
   fs::create_directory(path("folder"));
@@ -91,14 +92,20 @@ TEST_F(Outputs, InputsAreNotReplacedByWhateverName) {
   fs::create_hard_link(path("data/in"), path("hard"));
   fs::create_directory_symlink("data", path("folder"));
   const std::string input = path("data/in");
-  for (const std::string& name : {path("data/in"), path("data/../data/./in"), path("symbolic"), path("hard"), path("folder/in"),
-                                  fs::relative(path("data/in")).string()}) {
-    expect_throw<InputError>([&] { refuse_to_replace({path("other"), name}, {path("nothing"), input}); },
-                             name + ": expected another file than the input, found '" + input + "'");
+  for (const std::string& name : {path("data/in"), path("data/../data/./in"), path("symbolic"), path("hard"),
+                                  path("folder/in"), fs::relative(path("data/in")).string()}) {
+    expect_throw<InputError>(
+        [&] {
+          refuse_to_replace({path("other"), name}, {path("nothing"), input});
+        },
+        name + ": expected another file than the input, found '" + input + "'");
   }
-  expect_throw<InputError>([&] { refuse_to_replace({path("data/new.h5")}, {path("data")}); }, "a place outside the input");
-  expect_throw<InputError>([&] { refuse_to_replace({path("folder/new/er.h5")}, {path("data")}); }, "a place outside the input");
-  expect_throw<InputError>([&] { refuse_to_replace({path("data/")}, {input}); }, "a folder without the input");
+  expect_throw<InputError>([&] { refuse_to_replace({path("data/new.h5")}, {path("data")}); },
+                           "a place outside the input");
+  expect_throw<InputError>([&] { refuse_to_replace({path("folder/new/er.h5")}, {path("data")}); },
+                           "a place outside the input");
+  expect_throw<InputError>([&] { refuse_to_replace({path("data/")}, {input}); },
+                           "a folder without the input");
   refuse_to_replace({path("new"), path("data2/new"), path("datax")}, {path("data"), path("hard")});
 }
 
@@ -106,7 +113,8 @@ TEST_F(Outputs, InputsAreNotReplacedByWhateverName) {
 TEST_F(Outputs, WritersRefuseToReplaceWhatTheirSourceReads) {
   class Reading final : public VolumeSource {
    public:
-    Reading(const Volume& volume, std::vector<std::string> files) : memory_(volume), files_(std::move(files)) {}
+    Reading(const Volume& volume, std::vector<std::string> files)
+        : memory_(volume), files_(std::move(files)) {}
     const VolumeInfo& info() const override { return memory_.info(); }
     void read(const Box& box, std::byte* out) const override { memory_.read(box, out); }
     std::vector<std::string> files() const override { return files_; }
@@ -181,10 +189,12 @@ TEST_F(Outputs, AReadOnlyFolderOrFileIsNotWritten) {
   fs::permissions(path("file"), fs::perms::owner_read);
   fs::permissions(path("locked"), fs::perms::owner_read | fs::perms::owner_exec);
   fs::permissions(folder_, fs::perms::all);
-  for (const std::string& name : {path("locked/new"), path("locked/file"), path("file"), path("locked/new.precomputed")}) {
+  for (const std::string& name :
+       {path("locked/new"), path("locked/file"), path("file"), path("locked/new.precomputed")}) {
     EXPECT_EQ(in_child([&] {
                 if (::geteuid() == 0 && ::setuid(65534) != 0) ::_exit(99);
-                name.ends_with(".precomputed") ? write_volume(name, MemorySource(small())) : write_whole_file(name, "new");
+                name.ends_with(".precomputed") ? write_volume(name, MemorySource(small()))
+                                               : write_whole_file(name, "new");
               }),
               3)
         << name;
@@ -250,8 +260,10 @@ TEST_F(Outputs, AbandonedOutputsAreRemovedAndStayAway) {
 
 TEST_F(Outputs, FolderOutputsTellAtOnceWhatIsInTheWay) {
   write_bytes("file.precomputed", "mine");
-  expect_throw<OutputError>([&] { check_volume_output(path("file.precomputed"), {}); }, "a file, device, pipe or socket has this name");
-  expect_throw<OutputError>([&] { check_volume_output(path("none/a.precomputed"), {}); }, "there is no folder");
+  expect_throw<OutputError>([&] { check_volume_output(path("file.precomputed"), {}); },
+                            "a file, device, pipe or socket has this name");
+  expect_throw<OutputError>([&] { check_volume_output(path("none/a.precomputed"), {}); },
+                            "there is no folder");
   const fs::path before = fs::current_path();
   fs::create_directories(path("work/in"));
   fs::current_path(path("work/in"));

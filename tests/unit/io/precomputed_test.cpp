@@ -1,7 +1,6 @@
-// Neuroglancer precomputed: chunks made by hand with an offset and partial borders, gzip, missing chunks, what must not pass for
-// zeros, the writer, and folders that other programs wrote.
+// Neuroglancer precomputed: chunks made by hand with an offset and partial borders, gzip, missing chunks,
+// what must not pass for zeros, the writer, and folders that other programs wrote.
 #include <fmt/format.h>
-
 #include <sys/stat.h>
 
 #include <cmath>
@@ -61,21 +60,25 @@ class Precomputed : public IoTest {
     const auto source = open_volume(name);
     const VolumeInfo& info = source->info();
     EXPECT_EQ(expected["shape"], nlohmann::json({info.extent.z, info.extent.y, info.extent.x}));
-    EXPECT_EQ(expected["voxel_size"], nlohmann::json({info.voxel_size[2], info.voxel_size[1], info.voxel_size[0]}));
+    EXPECT_EQ(expected["voxel_size"],
+              nlohmann::json({info.voxel_size[2], info.voxel_size[1], info.voxel_size[0]}));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       EXPECT_EQ(info.offset[axis], expected["voxel_offset"][2 - axis].get<double>() * info.voxel_size[axis]);
     }
     const Volume volume = read_all(*source);
     const auto value = [&](const Coordinate& at) {
-      return info.type == VoxelType::kF32 ? volume.voxels<const float>()[info.extent.index(at)] : double(volume.label(at));
+      return info.type == VoxelType::kF32 ? volume.voxels<const float>()[info.extent.index(at)]
+                                          : double(volume.label(at));
     };
-    for (const auto& [index, found] : expected["voxels"].get<std::vector<std::pair<std::array<std::uint64_t, 3>, double>>>()) {
+    for (const auto& [index, found] :
+         expected["voxels"].get<std::vector<std::pair<std::array<std::uint64_t, 3>, double>>>()) {
       EXPECT_EQ(value({index[2], index[1], index[0]}), found);
     }
     long double sum = 0;
     std::uint64_t nonzero = 0;
     for (std::uint64_t i = 0; i < info.extent.voxels(); ++i) {
-      const Coordinate at{i % info.extent.x, i / info.extent.x % info.extent.y, i / (info.extent.x * info.extent.y)};
+      const Coordinate at{i % info.extent.x, i / info.extent.x % info.extent.y,
+                          i / (info.extent.x * info.extent.y)};
       sum += info.type == VoxelType::kF32 ? value(at) : static_cast<long double>(volume.label(at));
       nonzero += value(at) != 0;
     }
@@ -140,7 +143,8 @@ TEST_F(Precomputed, MissingChunksAreZeroButMissingScalesAreErrors) {
   EXPECT_EQ(volume.label({2, 0, 2}), 142u);
   expect_boxes(*source, volume);
   expect_error(name + "/16_16_40", {"16_16_40"});
-  expect_error(name + "/4_4_40/", {"'4_4_40'", "8_8_40 (3 x 2 x 3 voxels of 8 x 8 x 40 nm)", "16_16_40 (2 x 1 x 2", "FOLDER/KEY"});
+  expect_error(name + "/4_4_40/", {"'4_4_40'", "8_8_40 (3 x 2 x 3 voxels of 8 x 8 x 40 nm)",
+                                   "16_16_40 (2 x 1 x 2", "FOLDER/KEY"});
 }
 
 TEST_F(Precomputed, CompressedSegmentationByHand) {
@@ -279,9 +283,10 @@ TEST_F(Precomputed, DamagedChunksAreErrors) {
 TEST_F(Precomputed, WhatFitsNothingNeverPassesForZeros) {
   const std::string name = make_small();
   const std::string folder = name + "/8_8_40/";
-  for (const char* stranger : {"10-12_-4--2_100-102.br", "10-12_-4--2_100-102.zst", "10-12_-4--2_100-102.part0", "0-2_-4--2_100-102",
-                               "10-13_-4--2_100-102", "12-14_-4--2_100-102", "14-16_-4--2_100-102", "0.shard", "notes.txt",
-                               "99999999999999999999-1_0-1_0-1"}) {
+  for (const char* stranger :
+       {"10-12_-4--2_100-102.br", "10-12_-4--2_100-102.zst", "10-12_-4--2_100-102.part0", "0-2_-4--2_100-102",
+        "10-13_-4--2_100-102", "12-14_-4--2_100-102", "14-16_-4--2_100-102", "0.shard", "notes.txt",
+        "99999999999999999999-1_0-1_0-1"}) {
     write_bytes(std::string("vol/8_8_40/") + stranger, "mine");
     expect_error(name, {stranger, "10-12_-4--2_100-102"});
     std::filesystem::remove(folder + stranger);
@@ -328,7 +333,9 @@ TEST_F(Precomputed, ChunksOfSeveralSizesLieInOneFolder) {
 TEST_F(Precomputed, WholeNumbersMayBeWrittenAsFloats) {
   make_small();
   std::string text = small_info().dump();
-  for (const auto& [from, to] : {std::pair{"[10,-4,100]", "[10.0,-4.0,1e2]"}, {"[3,2,3]", "[3.0,2.0,3.0]"}, {"[8,8,40]", "[8.0,8.0,40.0]"},
+  for (const auto& [from, to] : {std::pair{"[10,-4,100]", "[10.0,-4.0,1e2]"},
+                                 {"[3,2,3]", "[3.0,2.0,3.0]"},
+                                 {"[8,8,40]", "[8.0,8.0,40.0]"},
                                  {"[[2,2,2]]", "[[2.0,2.0,2.0]]"}}) {
     ASSERT_NE(text.find(from), std::string::npos) << from;
     text.replace(text.find(from), std::string_view(from).size(), to);
@@ -359,7 +366,8 @@ TEST_F(Precomputed, APlaceholderFirstScaleAsksForAKey) {
   for (const nlohmann::json& size : {nlohmann::json{1, 1, 1}, nlohmann::json{0, 0, 0}}) {
     info["scales"][0]["size"] = size;
     write_bytes("vol/info", info.dump());
-    expect_error(path("vol"), {"scales", "1_1_1 (", "8_8_40 (3 x 2 x 3 voxels of 8 x 8 x 40 nm)", "FOLDER/KEY"});
+    expect_error(path("vol"),
+                 {"scales", "1_1_1 (", "8_8_40 (3 x 2 x 3 voxels of 8 x 8 x 40 nm)", "FOLDER/KEY"});
     expect_small(*open_volume(path("vol/8_8_40")));
   }
   info = small_info();
@@ -382,10 +390,12 @@ TEST_F(Precomputed, AxesAreThoseOfTheFormat) {
       open_volume(name, options);
       ADD_FAILURE() << axes;
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(fmt::format("axes: expected none, xyz or xyzc, since precomputed volumes are stored so, "
-                                                           "found '{}'",
-                                                           axes)),
-                std::string::npos)
+      EXPECT_NE(
+          std::string(error.what())
+              .find(fmt::format("axes: expected none, xyz or xyzc, since precomputed volumes are stored so, "
+                                "found '{}'",
+                                axes)),
+          std::string::npos)
           << error.what();
     }
   }
@@ -456,8 +466,9 @@ TEST_F(Precomputed, ReplacesNothingThatWasNotWrittenHere) {
   write_volume(path("ours/"), MemorySource(volume));
   const std::string chunk = "ours/8_4.5_40/0-5_0-7_0-3";
   const std::string good = read_bytes(path(chunk));
-  for (const char* stranger : {"ours/8_4.5_40/notes.txt", "ours/8_4.5_40/0-5_0-7_0-3.gz", "ours/8_4.5_40/0-5_0-7_0-2",
-                               "ours/8_4.5_40/.hidden", "ours/mesh/1:0", "ours/provenance"}) {
+  for (const char* stranger :
+       {"ours/8_4.5_40/notes.txt", "ours/8_4.5_40/0-5_0-7_0-3.gz", "ours/8_4.5_40/0-5_0-7_0-2",
+        "ours/8_4.5_40/.hidden", "ours/mesh/1:0", "ours/provenance"}) {
     write_bytes(stranger, "mine");
     EXPECT_THROW(write_volume(path("ours/"), MemorySource(volume)), OutputError) << stranger;
     EXPECT_EQ(read_bytes(path(stranger)), "mine");
@@ -480,14 +491,17 @@ TEST_F(Precomputed, ReplacesNothingThatWasNotWrittenHere) {
   expect_files({"ours", "vol", "link"});
 }
 
-/// What other programs wrote, with what the voxels must be. A case that is not read is refused, and says why: support cannot shrink
-/// unnoticed.
+/// What other programs wrote, with what the voxels must be. A case that is not read is refused, and says why:
+/// support cannot shrink unnoticed.
 TEST_F(Precomputed, FoldersOfOtherPrograms) {
   const char* fixtures = std::getenv("CVRBENCH_FIXTURES");
-  const std::filesystem::path folder = std::filesystem::path(fixtures == nullptr ? "" : fixtures) / "precomputed";
-  if (!std::filesystem::is_regular_file(folder / "expected.json")) GTEST_SKIP() << "CVRBENCH_FIXTURES names no folder with precomputed/";
+  const std::filesystem::path folder =
+      std::filesystem::path(fixtures == nullptr ? "" : fixtures) / "precomputed";
+  if (!std::filesystem::is_regular_file(folder / "expected.json"))
+    GTEST_SKIP() << "CVRBENCH_FIXTURES names no folder with precomputed/";
   const std::map<std::string, std::string> refusals{
-      {"cloudvolume_compresso_u32/32_32_40", "encoding: expected raw or compressed_segmentation, which are read, found \"compresso\""},
+      {"cloudvolume_compresso_u32/32_32_40",
+       "encoding: expected raw or compressed_segmentation, which are read, found \"compresso\""},
       {"neuroglancer_one_channel/3_4_5", "expected the folder of a scale, found none"},
       {"neuroglancer_one_channel/6_8_10", "expected the folder of a scale, found none"},
       {"neuroglancer_one_channel/12_16_20", "expected the folder of a scale, found none"},
@@ -508,7 +522,8 @@ TEST_F(Precomputed, FoldersOfOtherPrograms) {
     for (const auto& expected : one.at("volumes")) {
       const std::string open = expected.at("open");  // "scale N (key KEY)"
       const std::size_t start = open.find("(key ") + 5;
-      const std::string name = one.at("path").get<std::string>() + "/" + open.substr(start, open.size() - 1 - start);
+      const std::string name =
+          one.at("path").get<std::string>() + "/" + open.substr(start, open.size() - 1 - start);
       SCOPED_TRACE(name);
       const std::string whole = (folder / name).string();
       if (const auto refusal = refusals.find(name); refusal != refusals.end()) {
