@@ -6,7 +6,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <iostream>
 
 #include "experiments/cli/commands.hpp"
 
@@ -23,7 +22,6 @@ bool closes(int descriptor) {
 /// Why not all of standard output has arrived; no error where it has. A program that printed nothing has lost
 /// nothing, even where the descriptor is closed.
 std::error_code flush_standard_output() {
-  std::cout.flush();
   const bool failed_before = std::ferror(stdout) != 0;
   if (std::fflush(stdout) != 0) return {errno, std::generic_category()};
   if (failed_before) return {EIO, std::generic_category()};
