@@ -145,8 +145,17 @@ std::vector<std::string> volume_outputs(const std::string& path) {
 
 void check_volume_output(const std::string& path, const std::vector<std::string>& inputs) {
   const std::vector<std::string> outputs = volume_outputs(path);
-  refuse_to_replace(outputs, inputs);
-  if (choose(path).format == &kPrecomputed) return check_output_folder(path);
+  const Chosen chosen = choose(path);
+  std::vector<std::string> kept = inputs;
+  if (!chosen.path.dataset.empty()) {
+    // The rest of the file stays as it is, so it may hold the input: it is copied, changed there, and renamed.
+    std::erase_if(kept, [&](const std::string& input) {
+      std::error_code ignored;
+      return std::filesystem::equivalent(input, chosen.path.file, ignored);
+    });
+  }
+  refuse_to_replace(outputs, kept);
+  if (chosen.format == &kPrecomputed) return check_output_folder(path);
   for (const std::string& output : outputs) {
     std::error_code ignored;
     if (outputs.size() > 1 && std::filesystem::is_symlink(output, ignored)) {
