@@ -1,4 +1,7 @@
 // The program: what the environment tells, then the command line.
+#include <fcntl.h>
+#include <signal.h>
+
 #include <cstdlib>
 #include <string>
 
@@ -11,9 +14,22 @@ std::string variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// Takes the numbers 0 to 2 where the caller closed them, so that no file that is opened later gets one and receives what is printed.
+/// What is written to a closed standard output then fails, as it should; what is said on a closed standard error is lost.
+void hold_standard_descriptors() {
+  for (const int descriptor : {0, 1, 2}) {
+    if (::fcntl(descriptor, F_GETFD) >= 0) continue;
+    if (::open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY) != descriptor) std::_Exit(3);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  hold_standard_descriptors();
+  ::signal(
+      SIGXFSZ,
+      SIG_IGN);  // a file that reaches the limit of its size (ulimit -f) is an error of writing, not the program's end
   cvr::experiments::cli::Environment environment;
   environment.program = "/proc/self/exe";
   environment.data = variable("CVRBENCH_DATA");

@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <memory>
+#include <cstddef>
+#include <span>
 
 #include "volumes/error.hpp"
+#include "volumes/io/file.hpp"
 
 namespace cvr::gpu {
 
@@ -122,21 +123,20 @@ void write_png(const std::string& path, std::uint32_t width, std::uint32_t heigh
   image.width = width;
   image.height = height;
   image.format = PNG_FORMAT_RGB;
-  if (png_image_write_to_file(&image, path.c_str(), 0, rgb.data(), 0, nullptr) == 0) {
-    throw InputError(
-        fmt::format("{}: expected a file that can be written as PNG, found: {}", path, image.message));
+  std::vector<std::byte> bytes(PNG_IMAGE_PNG_SIZE_MAX(image));
+  png_alloc_size_t size = bytes.size();
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0) {
+    throw volumes::OutputError(fmt::format("{}: cannot write: {}", path, image.message));
   }
+  volumes::OutputFile file(path);
+  file.write(std::span(bytes).first(size));
+  file.commit();
 }
 
 void write_label_image(const std::string& path, const Image& image) {
-  const auto fail = [&] {
-    throw InputError(fmt::format("{}: expected a file that can be written, found none", path));
-  };
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), &std::fclose);
-  if (!file) fail();
-  const std::size_t written =
-      std::fwrite(image.labels.data(), sizeof(std::uint64_t), image.labels.size(), file.get());
-  if (written != image.labels.size() || std::fclose(file.release()) != 0) fail();
+  volumes::OutputFile file(path);
+  file.write(std::as_bytes(std::span(image.labels)));
+  file.commit();
 }
 
 }  // namespace cvr::gpu

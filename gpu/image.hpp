@@ -35,9 +35,9 @@ ImageDifference compare(const Image& a, const Image& b);
 /// The absolute differences of the channels as they are shown, times `gain`, white at most; 3 bytes a pixel. Both of the same size.
 std::vector<std::uint8_t> difference_rgb8(const Image& a, const Image& b, double gain);
 
-/// Writes 8-bit RGB. Throws InputError naming the file.
+/// Writes 8-bit RGB. Throws InputError for a wrong number of bytes, OutputError for a file that cannot be written.
 void write_png(const std::string& path, std::uint32_t width, std::uint32_t height, const std::vector<std::uint8_t>& rgb);
-/// u64 little endian, row by row from the top. Throws InputError.
+/// u64 little endian, row by row from the top. Throws OutputError.
 void write_label_image(const std::string& path, const Image& image);
 
 }  // namespace cvr::gpu

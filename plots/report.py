@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -130,7 +131,8 @@ def build_page(results: Results, folders: Sequence[Path], title: str, figures: P
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Under a temporary name, then renamed."""
+    """Under a temporary name beside the file itself, then renamed: a symbolic link stays one."""
+    path = path.resolve()
     unfinished = path.with_name(f"{path.name}.part{os.getpid()}")
     try:
         unfinished.write_text(text, encoding="utf-8")
@@ -152,6 +154,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     choices = parse(arguments)
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # leaves by way of `finally`, as Ctrl-C does
     for folder in choices.results:
         if not folder.is_dir():
             print(f"report.py: {folder}: expected a results folder, found none", file=sys.stderr)

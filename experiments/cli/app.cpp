@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cstdio>
 #include <new>
+#include <sstream>
 #include <system_error>
 
 #include "experiments/build_info.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/standard_output.hpp"
 #include "experiments/worker_process.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "gpu/vulkan/device.hpp"
@@ -35,9 +38,16 @@ std::string expected_command(const CLI::App& app, int argc, char** argv) {
                      did_you_mean(found, names));
 }
 
-}  // namespace
+/// Help and version, whose texts the parser makes.
+int print_answer(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream text;
+  const int exit_code = app.exit(error, text, text);
+  fmt::print("{}", text.str());
+  return exit_code;
+}
 
-int run_command_line(int argc, char** argv, const Environment& environment) {
+/// The command without the last of its standard output. `lost`: why a part of that is lost already.
+int run_command(int argc, char** argv, const Environment& environment, std::error_code& lost) {
   CLI::App app{"Measures how small, how fast and how exact compressed volumes are, and draws them.", "cvrbench"};
   app.set_version_flag("--version",
                        fmt::format("cvrbench {} ({})", build_info::kVersion, build_info::kRevision));
@@ -58,7 +68,14 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
     app.parse(argc, argv);
     return exit_code;
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);
+    if (error.get_exit_code() == 0) {
+      try {
+        return print_answer(app, error);
+      } catch (const std::system_error& failure) {
+        lost = failure.code();
+        return kExitEnvironment;
+      }
+    }
     if (app.get_subcommands().empty()) return complain(kExitUsage, expected_command(app, argc, argv));
     std::string command;
     for (const CLI::App* sub : app.get_subcommands()) command += " " + sub->get_name();
@@ -72,12 +89,24 @@ int run_command_line(int argc, char** argv, const Environment& environment) {
   } catch (const gpu::DeviceError& error) {
     return complain(kExitEnvironment, error.what());
   } catch (const std::system_error& error) {
+    if (std::ferror(stdout) != 0) {
+      lost = error.code();
+      return kExitEnvironment;
+    }
     return complain(kExitEnvironment, error.what());
   } catch (const std::bad_alloc&) {
     return complain(kExitEnvironment, "not enough memory");
   } catch (const std::exception& error) {
     return complain(kExitEnvironment, error.what());
   }
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, const Environment& environment) {
+  std::error_code lost;
+  const int exit_code = run_command(argc, argv, environment, lost);
+  return finish_standard_output(exit_code, lost);
 }
 
 }  // namespace cvr::experiments::cli

@@ -5,8 +5,10 @@
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/interruption.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/yaml_reader.hpp"
+#include "volumes/io/file.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::experiments::cli {
@@ -45,6 +47,8 @@ void encode(const EncodeOptions& options) {
   std::optional<volumes::VolumeKind> kind;
   if (!options.kind.empty()) kind = volumes::volume_kind_from_name(options.kind);
   const auto opened = volumes::open_volume(options.in, kind);
+  volumes::refuse_to_replace({options.out}, opened->files());
+  volumes::check_output(options.out);
   // The time is that of the work on memory, so the file is read first.
   const volumes::Volume volume = opened->data() == nullptr ? volumes::read_all(*opened) : volumes::Volume();
   const volumes::MemorySource source(opened->info(),
@@ -83,6 +87,7 @@ void decode(const DecodeOptions& options) {
         fmt::format("{}: expected the name of a volume (.h5, .nrrd, .nhdr, .nii, .nii.gz, .raw or a folder)",
                     options.out));
   }
+  volumes::check_volume_output(options.out, {options.in});
   const volumes::Buffer bytes = read_file(options.in);
   const auto volume = codecs::decode(bytes.bytes(), options.lod, options.threads);
   if (!volume && volume.error().code == volumes::ErrorCode::kOutOfMemory) throw std::bad_alloc();
@@ -145,6 +150,7 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
                      "papers' accounting), bits_per_voxel, breakdown, seconds; rate_gzip and rate_xz where "
                      "files are usually stored so");
   encoding->callback([e, &exit_code] {
+    const InterruptWatch watch;
     encode(*e);
     exit_code = kExitOk;
   });
@@ -156,6 +162,7 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
   decoding->add_option("--lod", d->lod, "level of detail, 0 is the finest")->check(CLI::Range(0, 63));
   decoding->add_option("--threads", d->threads, "threads")->check(CLI::Range(1, 4096));
   decoding->callback([d, &exit_code] {
+    const InterruptWatch watch;
     decode(*d);
     exit_code = kExitOk;
   });

@@ -35,8 +35,7 @@ std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(const std::strin
 
 /// The whole file. Throws InputError.
 volumes::Buffer read_file(const std::string& path);
-/// Writes under a temporary name and renames. Throws InputError for a path that cannot be, EnvironmentError
-/// when writing fails.
+/// Writes under a temporary name and renames. Throws OutputError.
 void write_file(const std::string& path, std::span<const std::byte> bytes);
 /// One JSON value and a line end on standard output.
 void print_json(const Row& object);

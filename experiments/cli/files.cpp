@@ -1,16 +1,14 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "experiments/cli/commands.hpp"
 #include "experiments/project_folders.hpp"
-#include "experiments/worker_process.hpp"
+#include "volumes/io/file.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -52,18 +50,9 @@ volumes::Buffer read_file(const std::string& path) {
 }
 
 void write_file(const std::string& path, std::span<const std::byte> bytes) {
-  const std::string unfinished = fmt::format("{}.part{}", path, getpid());
-  std::FILE* file = std::fopen(unfinished.c_str(), "wb");
-  if (file == nullptr)
-    throw volumes::InputError(
-        fmt::format("{}: expected a writable path, found: {}", path, std::strerror(errno)));
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-  const bool closed = std::fclose(file) == 0;
-  if (!written || !closed || std::rename(unfinished.c_str(), path.c_str()) != 0) {
-    const int error = errno;
-    std::remove(unfinished.c_str());
-    throw EnvironmentError(fmt::format("{}: cannot write: {}", path, std::strerror(error)));
-  }
+  volumes::OutputFile file(path);
+  file.write(bytes);
+  file.commit();
 }
 
 void print_json(const Row& object) {

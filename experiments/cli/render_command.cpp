@@ -11,6 +11,7 @@
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/interruption.hpp"
 #include "experiments/scene_file.hpp"
 #include "experiments/stages/render_parts.hpp"
 #include "experiments/statistics.hpp"
@@ -19,6 +20,7 @@
 #include "gpu/renderer.hpp"
 #include "gpu/scalars/reference.hpp"
 #include "gpu/scalars/renderer.hpp"
+#include "volumes/io/file.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::experiments::cli {
@@ -74,6 +76,24 @@ bool is_encoded(const std::string& path) {
   return fs::path(path).extension() == ".cvr" && fs::is_regular_file(path);
 }
 
+/// "out.png", or "out_0007.png" in a sequence.
+std::string numbered(const std::string& path, std::uint32_t frame, std::uint32_t frames) {
+  if (frames == 1) return path;
+  const fs::path whole(path);
+  return (whole.parent_path() /
+          fmt::format("{}_{:04}{}", whole.stem().string(), frame, whole.extension().string()))
+      .string();
+}
+
+std::vector<std::string> outputs_of(const RenderCommand& command) {
+  std::vector<std::string> outputs;
+  for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
+    outputs.push_back(numbered(command.out, frame, command.frames));
+    if (!command.ids.empty()) outputs.push_back(numbered(command.ids, frame, command.frames));
+  }
+  return outputs;
+}
+
 volumes::Buffer obtain_file(const RenderCommand& command) {
   if (is_encoded(command.in)) {
     if (!command.codec.empty() || !command.parameters.empty())
@@ -84,18 +104,10 @@ volumes::Buffer obtain_file(const RenderCommand& command) {
   const auto [codec, parameters] =
       parse_codec(command.codec.empty() ? "raw" : command.codec, command.parameters);
   const auto source = volumes::open_volume(command.in, std::nullopt);
+  volumes::refuse_to_replace(outputs_of(command), source->files());
   auto encoded = codecs::encode(*codec, *source, parameters, command.threads);
   if (!encoded) fail_on_file(command.in, encoded.error());
   return std::move(encoded->bytes);
-}
-
-/// "out.png", or "out_0007.png" in a sequence.
-std::string numbered(const std::string& path, std::uint32_t frame, std::uint32_t frames) {
-  if (frames == 1) return path;
-  const fs::path whole(path);
-  return (whole.parent_path() /
-          fmt::format("{}_{:04}{}", whole.stem().string(), frame, whole.extension().string()))
-      .string();
 }
 
 /// What a row says of a picture whatever is drawn.
@@ -193,6 +205,9 @@ void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device&
 }
 
 void render(const RenderCommand& command) {
+  const std::vector<std::string> outputs = outputs_of(command);
+  volumes::refuse_to_replace(outputs, {command.in, find_scene(command.scene)});
+  for (const std::string& output : outputs) volumes::check_output(output);
   const gpu::Scene scene = scene_for(command);
   check_access(command.access);
   gpu::Device device({.choice = command.device});
@@ -261,6 +276,7 @@ void add_render_command(CLI::App& app, int& exit_code) {
   drawing->add_option("--threads", c->threads, "threads that encode")->check(CLI::Range(1, 4096));
   drawing->add_flag("--json", c->json, "one object on standard output");
   drawing->callback([c, &exit_code] {
+    const InterruptWatch watch;
     render(*c);
     exit_code = kExitOk;
   });

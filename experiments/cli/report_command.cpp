@@ -10,8 +10,10 @@
 
 #include "experiments/build_info.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/interruption.hpp"
 #include "experiments/tracking/history.hpp"
 #include "experiments/worker_process.hpp"
+#include "volumes/io/file.hpp"
 
 extern char** environ;
 
@@ -27,7 +29,7 @@ struct ReportChoices {
 };
 
 /// The exit code of a program, 127 where there is none of that name, 128 + signal where one ended it. `quiet`: without its output.
-int run_program(const std::vector<std::string>& words, bool quiet) {
+int run_program(const std::vector<std::string>& words, bool quiet, InterruptWatch& watch) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -37,15 +39,22 @@ int run_program(const std::vector<std::string>& words, bool quiet) {
     posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
   }
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  posix_spawnattr_setsigmask(&attributes, &watch.mask_before());
   pid_t child = -1;
-  const int error = posix_spawnp(&child, arguments.front(), &actions, nullptr, arguments.data(), environ);
+  const int error = posix_spawnp(&child, arguments.front(), &actions, &attributes, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
   if (error == ENOENT) return 127;
   if (error != 0) throw EnvironmentError(fmt::format("{}: cannot start: {}", words.front(), std::strerror(error)));
+  watch.set_child(child);
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) throw EnvironmentError(fmt::format("{}: cannot wait for it: {}", words.front(), std::strerror(errno)));
   }
+  watch.set_child(0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
@@ -61,10 +70,10 @@ std::string find_script(const fs::path& program) {
 }
 
 /// A Python that has what the report needs: the first of the path, or Debian's. Throws EnvironmentError.
-std::string find_python() {
+std::string find_python(InterruptWatch& watch) {
   bool any = false;
   for (const char* python : {"python3", "/usr/bin/python3"}) {
-    const int code = run_program({python, "-c", "import jinja2, matplotlib, PIL"}, true);
+    const int code = run_program({python, "-c", "import jinja2, matplotlib, PIL"}, true, watch);
     if (code == 0) return python;
     any = any || code != 127;
   }
@@ -72,20 +81,32 @@ std::string find_python() {
                              : "expected python3, found none: install the Debian packages python3-matplotlib and python3-jinja2");
 }
 
+/// What the report reads of results folders; the page may lie beside it.
+std::vector<std::string> inputs_of(const ReportChoices& c) {
+  std::vector<std::string> inputs;
+  for (const fs::path folder : c.results) {
+    for (const char* name : {"rows.jsonl", "tables", "claims", "pictures"})
+      inputs.push_back((folder / name).string());
+  }
+  return inputs;
+}
+
 int report(const ReportChoices& c, const Environment& environment) {
+  InterruptWatch watch;
   std::error_code error;
   for (const std::string& folder : c.results) {
     if (!fs::is_directory(folder, error)) throw volumes::InputError(fmt::format("--results {}: expected a folder with rows.jsonl, found none", folder));
   }
-  if (fs::is_directory(c.output, error)) throw volumes::InputError(fmt::format("-o {}: expected a file to write, found a folder", c.output));
+  volumes::refuse_to_replace({c.output}, inputs_of(c));
+  volumes::check_output(c.output);
   const std::string program = fs::read_symlink(environment.program, error).string();
   std::vector<std::string> words{"", "-B", find_script(program), "-o", c.output, "--program", error ? environment.program : program};
   for (const std::string& folder : c.results) words.insert(words.end(), {"--results", folder});
   if (!c.figures.empty()) words.insert(words.end(), {"--figures", c.figures});
   if (!c.title.empty()) words.insert(words.end(), {"--title", c.title});
   if (const std::string store = c.store.empty() ? default_history() : c.store; fs::is_directory(store, error)) words.insert(words.end(), {"--store", store});
-  words.front() = find_python();
-  const int code = run_program(words, false);
+  words.front() = find_python(watch);
+  const int code = run_program(words, false, watch);
   return code == kExitOk || code == kExitUsage ? code : kExitEnvironment;
 }
 

@@ -8,6 +8,7 @@
 
 #include "experiments/claims.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
 #include "experiments/tables.hpp"
 #include "experiments/worker.hpp"
@@ -87,6 +88,7 @@ int run(const Choices& choices, const Environment& environment) {
     environment_failures += summary.environment_failures;
   }
   end_progress();
+  const InterruptWatch watch;
   const Filter filter = parse_filter(choices.only);
   std::set<std::string> names, claim_names;
   for (const Config& config : configs) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/tracking/baseline.hpp"
@@ -87,6 +88,7 @@ int aa(const TrackingChoices& c, const Environment& environment) {
   end_progress();
   const Row interleaved = measure_floors(together, true), separate = measure_floors(apart, false);
   const Row provenance = describe_machine_and_build();
+  const InterruptWatch watch;
   store_floors(c.noise, provenance, config.path, Arrangement::kInterleaved, interleaved);
   store_floors(c.noise, provenance, config.path, Arrangement::kApart, separate);
   fmt::print("| runs | kind of time | floor | median ratio off by | largest | comparisons |\n|---|---|---:|---:|---:|---:|\n");
@@ -115,6 +117,7 @@ int check_or_update_baseline(const TrackingChoices& c, const Environment& enviro
     end_progress();
     const Baseline found = baseline_of(config, rows_in(out));
     if (!check) {
+      const InterruptWatch watch;
       store_baseline(file, found);
       fmt::print("{}: {} cells\n", file, found.cells.size());
       continue;
@@ -127,6 +130,7 @@ int check_or_update_baseline(const TrackingChoices& c, const Environment& enviro
 }
 
 int add_history(const TrackingChoices& c) {
+  const InterruptWatch watch;
   for (const std::string& folder : c.results) {
     const Recorded recorded = record_history(c.store, rows_in(folder));
     fmt::print("{}: {} figures of {} cells recorded in {}\n", folder, recorded.figures, recorded.rows, c.store);

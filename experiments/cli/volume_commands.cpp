@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "experiments/cli/commands.hpp"
+#include "experiments/cli/interruption.hpp"
 #include "volumes/generators/generator.hpp"
 #include "volumes/io/io.hpp"
 
@@ -90,6 +91,7 @@ void add_volume_commands(CLI::App& app, int& exit_code) {
   }
   generating->footer(footer);
   generating->callback([made, &exit_code] {
+    const InterruptWatch watch;
     generate(*made);
     exit_code = kExitOk;
   });
@@ -102,6 +104,7 @@ void add_volume_commands(CLI::App& app, int& exit_code) {
   converting->add_option("--kind", converted->kind, "what the voxels are where the file does not say")
       ->check(CLI::IsMember({"labels", "scalars"}));
   converting->callback([converted, &exit_code] {
+    const InterruptWatch watch;
     convert(*converted);
     exit_code = kExitOk;
   });

@@ -10,6 +10,7 @@
 
 #include "experiments/tracking/quantities.hpp"
 #include "volumes/error.hpp"
+#include "volumes/io/file.hpp"
 
 namespace cvr::experiments {
 
@@ -94,9 +95,7 @@ void store_baseline(const std::string& path, const Baseline& baseline) {
     for (const auto& [quantity, value] : figures) cell[quantity] = value;
   }
   fs::create_directories(fs::path(path).parent_path());
-  std::ofstream out(path);
-  out << file.dump(1) << '\n' << std::flush;
-  if (!out) throw std::system_error(errno, std::generic_category(), path);
+  volumes::write_whole_file(path, file.dump(1) + "\n");
 }
 
 BaselineReport compare_baselines(const Baseline& expected, const Baseline& found) {

@@ -11,6 +11,7 @@
 
 #include "experiments/statistics.hpp"
 #include "volumes/error.hpp"
+#include "volumes/io/file.hpp"
 
 namespace cvr::experiments {
 
@@ -131,6 +132,7 @@ std::string default_history() { return (fs::path(default_noise_path()).parent_pa
 Recorded record_history(const std::string& store, const std::vector<Row>& rows) {
   Recorded recorded;
   fs::create_directories(store);
+  const volumes::FolderLock lock(store);
   std::map<std::string, std::string> fresh;  // text to append by machine
   std::map<std::string, std::set<std::string>> known;
   for (const auto& [key, row] : latest_by(rows, "key")) {
@@ -150,9 +152,11 @@ Recorded record_history(const std::string& store, const std::vector<Row>& rows) 
     recorded.rows += any;
   }
   for (const auto& [machine, text] : fresh) {
-    std::ofstream out(fs::path(store) / (machine + ".jsonl"), std::ios::app);
-    out << text << std::flush;
-    if (!out) throw std::system_error(errno, std::generic_category(), (fs::path(store) / (machine + ".jsonl")).string());
+    const std::string path = (fs::path(store) / (machine + ".jsonl")).string();
+    volumes::OutputFile file(path);
+    if (fs::exists(path)) file.write(volumes::MappedFile(path).text());
+    file.write(text);
+    file.commit();
   }
   return recorded;
 }

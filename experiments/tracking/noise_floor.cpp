@@ -9,6 +9,7 @@
 
 #include "experiments/provenance.hpp"
 #include "volumes/error.hpp"
+#include "volumes/io/file.hpp"
 
 namespace cvr::experiments {
 
@@ -63,9 +64,7 @@ void store_floors(const std::string& path, const Row& provenance, const std::str
   machine["config"] = config;
   machine[std::string(name_of(arrangement))] = measured;
   if (const fs::path folder = fs::path(path).parent_path(); !folder.empty()) fs::create_directories(folder);
-  const std::string fresh = path + ".new";
-  std::ofstream(fresh) << file.dump(2) << '\n';
-  fs::rename(fresh, path);
+  volumes::write_whole_file(path, file.dump(2) + "\n");
 }
 
 }  // namespace cvr::experiments

@@ -173,7 +173,6 @@ TEST_F(Files, EveryMistakeIsOneLineAndExitCodeTwo) {
   expect_usage_error("encode v.raw -o x --codec csgvr -p brick=17", "expected 16, 32, 64, found '17'");
   expect_usage_error("encode v.raw -o x --codec csgvr -p brik=16", "unknown parameter 'brik'");
   expect_usage_error("encode v.raw -o x --codec csgvr --threads 0", "--threads");
-  expect_usage_error("encode v.raw -o none/x --codec csgvr", "none/x");
   expect_usage_error("generate cells --size 0,1,1 --seed 1 -o x.raw", "expected X,Y,Z");
   expect_usage_error("generate cells --size 1,1 --seed 1 -o x.raw", "expected X,Y,Z");
   expect_usage_error("generate celsl --size 1,1,1 --seed 1 -o x.raw", "celsl");

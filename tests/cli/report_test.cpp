@@ -67,8 +67,11 @@ TEST_F(Report, NamesWhatIsWrong) {
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_THAT(missing.err, HasSubstr("--results nowhere: expected a folder with rows.jsonl, found none"));
   const Outcome folder = report("--results o -o o");
-  EXPECT_EQ(folder.exit_code, 2);
-  EXPECT_THAT(folder.err, HasSubstr("-o o: expected a file to write, found a folder"));
+  EXPECT_EQ(folder.exit_code, 3);
+  EXPECT_THAT(folder.err, HasSubstr("o: cannot write: a folder has this name"));
+  const Outcome rows = report("--results o -o o/rows.jsonl");
+  EXPECT_EQ(rows.exit_code, 2);
+  EXPECT_THAT(rows.err, HasSubstr("'o/rows.jsonl', which is read"));
   const Outcome unwritable = report("--results o -o nowhere/page.html");
   EXPECT_EQ(unwritable.exit_code, 3);
   EXPECT_THAT(unwritable.err, HasSubstr("nowhere/page.html"));

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace cvr::volumes {
 
@@ -32,11 +33,29 @@ class MappedFile {
 /// Throws InputError unless `path` is a readable regular file.
 void require_file(const std::string& path);
 
-/// A file in the making: bytes go to "PATH.part0" (or the next free number), which commit renames. Without
-/// commit it vanishes.
+/// The name of the file that writing to `path` makes or replaces: `path` itself, or the plain file that it
+/// leads to as a symbolic link. Throws OutputError where that is no plain file (a folder, device, pipe,
+/// socket, a link to nothing), where it may not be written, where the folder that should hold it is missing,
+/// and for names below /dev and /proc, which stand for open devices and pipes: outputs are files, which are
+/// written beside their names and renamed.
+std::string output_target(const std::string& path);
+
+/// Throws OutputError where `path` cannot be made or replaced as far as can be told before writing: for
+/// commands that work long before they write.
+void check_output(const std::string& path);
+
+/// Throws InputError where writing one of the files or folders `outputs`, which need not exist, would replace
+/// or change one of `inputs`: it is the same file by another name (relative, symbolic link, hard link), lies
+/// in a folder that is an input, or is a folder that holds an input.
+void refuse_to_replace(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
+
+/// A file in the making: bytes go to "TARGET.part0" (or the next free number) beside the target that
+/// output_target names, and commit renames it. Without commit it vanishes. A new file that replaces another
+/// keeps its permissions. Bytes are handed to the system, not forced to the disk: what it tells of a full
+/// disk or a quota is an error, what a power failure loses is lost.
 class OutputFile {
  public:
-  /// Throws InputError if the name is taken by a folder or the file cannot be made.
+  /// Throws OutputError as output_target does, or if the file cannot be made.
   explicit OutputFile(std::string path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -44,19 +63,45 @@ class OutputFile {
 
   const std::string& path() const { return path_; }
   const std::string& partial_path() const { return partial_; }
+  /// Throws OutputError, as everything below.
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
   /// Ends writing; the file keeps its temporary name. For libraries that write by name and for files that
   /// appear in pairs.
   void close();
-  /// Closes, and replaces whatever had the final name.
+  /// Closes, and replaces what had the final name.
   void commit();
 
+  /// Puts both in place under their final names. `described` means nothing without `description` (voxels and
+  /// their header), so the old description goes first: what is there at any moment is never new voxels with
+  /// an old header. Of several programs that write the same pair one comes after the other.
+  static void commit_pair(OutputFile& described, OutputFile& description);
+
  private:
+  void rename_to_target();
+
   std::string path_;
+  std::string target_;
   std::string partial_;
   int descriptor_ = -1;
   bool committed_ = false;
 };
+
+/// Keeps other programs that take the same lock out of a folder while one lives. Where the file system knows
+/// no locks it does nothing.
+class FolderLock {
+ public:
+  /// Waits for the lock.
+  explicit FolderLock(const std::string& folder);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+/// The whole of a file at once. Throws OutputError.
+void write_whole_file(const std::string& path, std::string_view text);
 
 }  // namespace cvr::volumes

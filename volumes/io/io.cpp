@@ -8,7 +8,9 @@
 #include <charconv>
 #include <filesystem>
 
+#include "volumes/io/file.hpp"
 #include "volumes/io/format.hpp"
+#include "volumes/io/precomputed.hpp"
 
 namespace cvr::volumes {
 
@@ -22,6 +24,8 @@ struct Format {
   bool has_steps;
   std::unique_ptr<VolumeSource> (*open)(const VolumePath&, const OpenOptions&);
   void (*write)(const VolumePath&, const VolumeSource&);
+  std::string_view beside_ending;  ///< files whose names end so are written ...
+  std::string_view beside;         ///< ... with a second one, of the same name and this behind it
 
   bool matches(const std::string& file) const {
     return std::any_of(endings.begin(), endings.end(), [&](std::string_view ending) {
@@ -31,12 +35,12 @@ struct Format {
 };
 
 constexpr std::array kFormats{
-    Format{"HDF5", {".h5", ".hdf5"}, true, true, open_hdf5, write_hdf5},
-    Format{"NRRD", {".nrrd", ".nhdr"}, false, true, open_nrrd, write_nrrd},
-    Format{"NIfTI", {".nii", ".nii.gz"}, false, true, open_nifti, write_nifti},
-    Format{"raw", {".raw", ""}, false, true, open_raw, write_raw},
+    Format{"HDF5", {".h5", ".hdf5"}, true, true, open_hdf5, write_hdf5, "", ""},
+    Format{"NRRD", {".nrrd", ".nhdr"}, false, true, open_nrrd, write_nrrd, ".nhdr", ".bin"},
+    Format{"NIfTI", {".nii", ".nii.gz"}, false, true, open_nifti, write_nifti, "", ""},
+    Format{"raw", {".raw", ""}, false, true, open_raw, write_raw, ".raw", ".yaml"},
 };
-constexpr Format kPrecomputed{"precomputed", {}, false, false, open_precomputed, write_precomputed};
+constexpr Format kPrecomputed{"precomputed", {}, false, false, open_precomputed, write_precomputed, "", ""};
 
 struct Chosen {
   const Format* format = nullptr;  ///< null: not the name of a volume
@@ -124,7 +128,9 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional
 }
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOptions& options) {
-  const Chosen chosen = choose_or_throw(path);
+  // A name below a precomputed folder that is no folder is a wrong key, which the reader explains.
+  const bool wrong_key = choose(path).format == nullptr && lies_in_precomputed(path);
+  const Chosen chosen = wrong_key ? Chosen{&kPrecomputed, {path, {}, {}}} : choose_or_throw(path);
   try {
     return chosen.format->open(chosen.path, options);
   } catch (const std::filesystem::filesystem_error& error) {
@@ -134,6 +140,7 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOpt
 
 void write_volume(const std::string& path, const VolumeSource& source) {
   const Chosen chosen = choose_output(path);
+  check_volume_output(path, source.files());
   if (chosen.path.steps) throw_input_error(path, "", "a name without steps: a series is written whole", "[...]");
   const VolumeInfo& info = source.info();
   check_extent(path, "", {info.extent.x, info.extent.y, info.extent.z}, info.type);
@@ -144,7 +151,40 @@ void write_volume(const std::string& path, const VolumeSource& source) {
   try {
     chosen.format->write(chosen.path, source);
   } catch (const std::filesystem::filesystem_error& error) {
-    throw_input_error(path, "", "a name that can be written", error.what());
+    throw_output_error(path, error.what());
+  }
+}
+
+std::vector<std::string> volume_outputs(const std::string& path) {
+  const Chosen chosen = choose_or_throw(path);
+  std::vector<std::string> outputs{chosen.path.file};
+  const std::string_view ending = chosen.format->beside_ending;
+  if (!ending.empty() && outputs.front().ends_with(ending)) {
+    outputs.push_back(outputs.front() + std::string(chosen.format->beside));
+  }
+  return outputs;
+}
+
+void check_volume_output(const std::string& path, const std::vector<std::string>& inputs) {
+  const std::vector<std::string> outputs = volume_outputs(path);
+  const Chosen chosen = choose(path);
+  std::vector<std::string> kept = inputs;
+  if (!chosen.path.dataset.empty()) {
+    // The rest of the file stays as it is, so it may hold the input: it is copied, changed there, and renamed.
+    std::erase_if(kept, [&](const std::string& input) {
+      std::error_code ignored;
+      return std::filesystem::equivalent(input, chosen.path.file, ignored);
+    });
+  }
+  refuse_to_replace(outputs, kept);
+  if (chosen.format == &kPrecomputed) return check_output_folder(path);
+  for (const std::string& output : outputs) {
+    std::error_code ignored;
+    if (outputs.size() > 1 && std::filesystem::is_symlink(output, ignored)) {
+      throw_output_error(output,
+                         "it is a symbolic link, and its header lies beside the file itself: name that");
+    }
+    check_output(output);
   }
 }
 

@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "volumes/error.hpp"
 #include "volumes/source.hpp"
@@ -38,10 +39,19 @@ struct OpenOptions {
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOptions& options = {});
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, std::optional<VolumeKind> kind);
 
-/// Writes a volume from slabs of its source. An existing file or precomputed folder is replaced as a whole,
-/// and only when the new one is complete. Throws InputError, also for what the format cannot hold (NIfTI:
-/// more than 32767 voxels an axis, units that are no lengths).
+/// Writes a volume from slabs of its source. An existing plain file, or a precomputed folder that holds nothing but what this project
+/// wrote, is replaced as a whole, and only when the new one is complete. Throws OutputError for what cannot be written, InputError for
+/// an output that would replace a file of the source and for what the format cannot hold (NIfTI: more than 32767 voxels an axis,
+/// units that are no lengths; precomputed: offsets that are no whole number of voxels).
 void write_volume(const std::string& path, const VolumeSource& source);
+
+/// The files and folders that writing a volume of this name makes or replaces, its sidecar or data file among them. Throws
+/// InputError where the name is not that of a volume.
+std::vector<std::string> volume_outputs(const std::string& path);
+
+/// Throws as write_volume does, as far as can be told before there is a volume: InputError where one of `inputs` would be replaced,
+/// OutputError for names that cannot be written. For commands that work long before they write.
+void check_volume_output(const std::string& path, const std::vector<std::string>& inputs);
 
 /// Whether the name is that of a volume file or folder, as opposed to an encoded file. Looks at the disk only
 /// for folders.

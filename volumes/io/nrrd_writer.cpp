@@ -95,14 +95,9 @@ void write_nrrd(const std::string& path, const VolumeSource& source, NrrdEncodin
   }
   OutputFile data(path + (encoding == NrrdEncoding::kRaw ? ".bin" : ".bin.gz"));
   write_voxels(data, source, encoding);
-  data.close();
   const std::string data_name = std::filesystem::path(data.path()).filename().string();
   file.write(nrrd_header_text(info, source.provenance(), encoding, data_name));
-  file.close();
-  // Both are complete. Without a header the new data cannot be read with the old one's sizes.
-  std::filesystem::remove(path);
-  data.commit();
-  file.commit();
+  OutputFile::commit_pair(data, file);
 }
 
 void write_nrrd(const VolumePath& path, const VolumeSource& source) {

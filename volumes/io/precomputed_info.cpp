@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "volumes/io/file.hpp"
 #include "volumes/io/precomputed.hpp"
@@ -18,6 +20,7 @@ using Json = nlohmann::json;
 constexpr std::size_t kMaximumInfo = 16 << 20;
 constexpr std::uint64_t kMaximumChunkBytes = std::uint64_t{1} << 30;
 constexpr std::int64_t kMaximumOffset = std::int64_t{1} << 60;
+constexpr int kMaximumDepth = 64;
 
 /// A value of the document and the way to it, for error texts.
 class Member {
@@ -52,8 +55,24 @@ class Member {
   }
 
   std::uint64_t positive() const {
-    if (!value_.is_number_unsigned() || value_.get<std::uint64_t>() == 0) fail("a positive integer");
-    return value_.get<std::uint64_t>();
+    const std::optional<std::int64_t> number = whole();
+    if (!number || *number <= 0) fail("a positive integer");
+    return static_cast<std::uint64_t>(*number);
+  }
+
+  /// A whole number, also one written as 40.0; none where it is anything else or does not fit.
+  std::optional<std::int64_t> whole() const {
+    constexpr double kLimit = 9007199254740992.0;  // 2^53: up to it every whole number is a double
+    if (value_.is_number_unsigned()) {
+      const auto number = value_.get<std::uint64_t>();
+      if (number > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) return std::nullopt;
+      return static_cast<std::int64_t>(number);
+    }
+    if (value_.is_number_integer()) return value_.get<std::int64_t>();
+    if (!value_.is_number_float()) return std::nullopt;
+    const double number = value_.get<double>();
+    if (!(std::fabs(number) <= kLimit) || std::trunc(number) != number) return std::nullopt;
+    return static_cast<std::int64_t>(number);
   }
 
   template <class T, class Get>
@@ -99,21 +118,99 @@ std::string checked_key(const Member& member) {
   return key;
 }
 
-Member find_scale(const Member& root, const std::string& key) {
-  const Member scales = root.at("scales");
-  if (!scales.json().is_array() || scales.json().empty()) scales.fail("an array of at least one scale");
-  std::string known;
-  for (std::size_t i = 0; i < scales.json().size(); ++i) {
-    const Member scale = scales.at(i);
-    const std::string name = scale.at("key").text();
-    if (key.empty() || name == key) return scale;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  scales.fail(fmt::format("a scale with the key '{}'", key), fmt::format("the keys {}", known));
+std::string shape_of(const Member& scale, const char* name) {
+  if (!scale.has(name)) return "?";
+  std::string text;
+  for (const Json& value : scale.at(name).json())
+    text += (text.empty() ? "" : " x ") + value.dump().substr(0, 40);
+  return text;
 }
 
-PrecomputedScale read_scale(const std::string& file, const Member& member, StoredType type) {
-  if (member.has("sharding")) member.at("sharding").fail("an unsharded scale", "a sharded one");
+std::string describe_scales(const Member& scales) {
+  std::string text;
+  for (std::size_t i = 0; i < scales.json().size(); ++i) {
+    const Member scale = scales.at(i);
+    text += fmt::format("{}{} ({} voxels of {} nm)", i == 0 ? "" : ", ", scale.at("key").text(),
+                        shape_of(scale, "size"), shape_of(scale, "resolution"));
+  }
+  return text;
+}
+
+constexpr std::string_view kNameAScale = "(FOLDER/KEY names a scale)";
+
+/// Voxels of a scale, 0 where its size is no size: only to compare scales.
+double voxels_of(const Member& scale) {
+  double voxels = 1;
+  for (const Json& value : scale.at("size").json()) voxels *= value.is_number() ? value.get<double>() : 0;
+  return voxels;
+}
+
+/// The scales, each with a key of its own.
+Member checked_scales(const Member& root) {
+  const Member scales = root.at("scales");
+  if (!scales.json().is_array() || scales.json().empty()) scales.fail("an array of at least one scale");
+  std::set<std::string> keys;
+  for (std::size_t i = 0; i < scales.json().size(); ++i) {
+    const Member key = scales.at(i).at("key");
+    if (!keys.insert(key.text()).second) key.fail("a key that no other scale has");
+  }
+  return scales;
+}
+
+/// Without a key the first scale is meant, which the format wants to be the finest. Where another has more
+/// voxels the first one is a placeholder or the order another, and which one is meant has to be said.
+Member find_scale(const Member& root, const std::string& key) {
+  const Member scales = checked_scales(root);
+  for (std::size_t i = 0; i < scales.json().size(); ++i) {
+    const Member scale = scales.at(i);
+    if (key.empty() && voxels_of(scales.at(std::size_t{0})) < voxels_of(scale)) {
+      scales.fail("a first scale that is the largest, or the key of a scale behind the folder's name",
+                  fmt::format("the scales {} {}", describe_scales(scales), kNameAScale));
+    }
+    if (scale.at("key").text() == key) return scale;
+  }
+  if (key.empty()) return scales.at(std::size_t{0});
+  scales.fail(fmt::format("a scale with the key '{}'", key),
+              fmt::format("the scales {} {}", describe_scales(scales), kNameAScale));
+}
+
+void read_chunk_sizes(const Member& member, StoredType type, PrecomputedScale& scale) {
+  const Member chunk_sizes = member.at("chunk_sizes");
+  const std::size_t count = chunk_sizes.json().is_array() ? chunk_sizes.json().size() : 1;
+  for (std::size_t i = 0; i < std::max<std::size_t>(count, 1); ++i) {
+    const auto edges = chunk_sizes.at(i).three_positive();
+    const Extent chunk{std::min(edges[0], scale.size.x), std::min(edges[1], scale.size.y),
+                       std::min(edges[2], scale.size.z)};
+    if (chunk.voxels() * size_of(type.type) > kMaximumChunkBytes)
+      chunk_sizes.at(i).fail("chunks of at most 1 GiB");
+    i == 0 ? scale.chunk = chunk : scale.more_chunks.emplace_back(chunk);
+  }
+}
+
+void read_encoding(const Member& root, const Member& member, StoredType type, PrecomputedScale& scale) {
+  const Member encoding = member.at("encoding");
+  const std::string name = encoding.text();
+  scale.compressed = name == "compressed_segmentation";
+  if (name != "raw" && !scale.compressed) encoding.fail("raw or compressed_segmentation, which are read");
+  if (!scale.compressed) return;
+  if (type.type != VoxelType::kU32 && type.type != VoxelType::kU64) {
+    encoding.fail("compressed_segmentation with data_type uint32 or uint64 only",
+                  fmt::format("data_type {}", root.at("data_type").text()));
+  }
+  const Member blocks = member.at("compressed_segmentation_block_size");
+  const auto block = blocks.three_positive();
+  for (const std::uint64_t edge : block) {
+    if (edge > kMaxBlockEdge) blocks.fail(fmt::format("block edges of at most {}", kMaxBlockEdge));
+  }
+  scale.block = {static_cast<std::uint32_t>(block[0]), static_cast<std::uint32_t>(block[1]),
+                 static_cast<std::uint32_t>(block[2])};
+}
+
+PrecomputedScale read_scale(const std::string& file, const Member& root, const Member& member,
+                            StoredType type) {
+  if (member.has("sharding") && !member.at("sharding").json().is_null()) {
+    member.at("sharding").fail("an unsharded scale, the only kind that is read", "a sharded one");
+  }
   PrecomputedScale scale;
   scale.key = checked_key(member.at("key"));
   scale.size = check_extent(file, "size", member.at("size").three_positive(), type.type);
@@ -124,67 +221,62 @@ PrecomputedScale read_scale(const std::string& file, const Member& member, Store
   });
   if (member.has("voxel_offset")) {
     scale.voxel_offset = member.at("voxel_offset").three<std::int64_t>([](const Member& m) {
-      const std::int64_t value =
-          m.json().is_number_integer() ? m.json().get<std::int64_t>() : kMaximumOffset + 1;
+      const std::int64_t value = m.whole().value_or(kMaximumOffset + 1);
       if (value < -kMaximumOffset || value > kMaximumOffset) m.fail("an integer of at most 2^60");
       return value;
     });
   }
-  const Member chunk_sizes = member.at("chunk_sizes").at(std::size_t{0});
-  const auto chunk = chunk_sizes.three_positive();
-  scale.chunk = {std::min(chunk[0], scale.size.x), std::min(chunk[1], scale.size.y),
-                 std::min(chunk[2], scale.size.z)};
-  if (scale.chunk.voxels() * size_of(type.type) > kMaximumChunkBytes)
-    chunk_sizes.fail("chunks of at most 1 GiB");
-
-  const std::string encoding = member.at("encoding").text();
-  scale.compressed = encoding == "compressed_segmentation";
-  if (encoding != "raw" && !scale.compressed) member.at("encoding").fail("raw or compressed_segmentation");
-  if (!scale.compressed) return scale;
-  if (type.type != VoxelType::kU32 && type.type != VoxelType::kU64) {
-    member.at("encoding")
-        .fail("compressed_segmentation with data_type uint32 or uint64 only", "another data_type");
-  }
-  const Member blocks = member.at("compressed_segmentation_block_size");
-  const auto block = blocks.three_positive();
-  for (const std::uint64_t edge : block) {
-    if (edge > kMaxBlockEdge) blocks.fail(fmt::format("block edges of at most {}", kMaxBlockEdge));
-  }
-  scale.block = {static_cast<std::uint32_t>(block[0]), static_cast<std::uint32_t>(block[1]),
-                 static_cast<std::uint32_t>(block[2])};
+  read_chunk_sizes(member, type, scale);
+  read_encoding(root, member, type, scale);
   return scale;
+}
+
+/// The document; a key that stands twice in an object is an error, since readers differ in which one they take.
+Json parse_info(const std::string& file) {
+  const MappedFile mapped(file);
+  if (mapped.bytes().size() > kMaximumInfo) throw_input_error(file, "", "at most 16 MiB", "a larger file");
+  std::vector<std::set<std::string>> keys;
+  const auto check = [&](int depth, Json::parse_event_t event, Json& parsed) {
+    if (depth > kMaximumDepth)
+      throw_input_error(file, "", fmt::format("at most {} levels", kMaximumDepth), "more");
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
+      throw_input_error(file, parsed.get<std::string>(), "each key once", "the same key twice in one object");
+    }
+    return true;
+  };
+  try {
+    return Json::parse(mapped.text(), check);
+  } catch (const Json::exception& error) {
+    throw_input_error(file, "", "JSON", error.what());
+  }
 }
 
 }  // namespace
 
 PrecomputedInfo read_precomputed_info(const std::string& file, const std::string& key) {
-  const MappedFile mapped(file);
-  if (mapped.bytes().size() > kMaximumInfo) throw_input_error(file, "", "at most 16 MiB", "a larger file");
-  Json document;
-  try {
-    document = Json::parse(mapped.text());
-  } catch (const Json::exception& error) {
-    throw_input_error(file, "", "JSON", error.what());
-  }
+  const Json document = parse_info(file);
   const Member root(file, document, "");
+  if (root.has("@type") && root.at("@type").text() != "neuroglancer_multiscale_volume") {
+    root.at("@type").fail("neuroglancer_multiscale_volume");
+  }
   PrecomputedInfo info;
-  info.type = stored_type(root.at("data_type"));
   const std::string type = root.at("type").text();
   if (type != "image" && type != "segmentation") root.at("type").fail("image or segmentation");
   info.kind = type == "image" ? VolumeKind::kScalars : VolumeKind::kLabels;
-  if (root.at("num_channels").positive() != 1) root.at("num_channels").fail("1");
-  info.scale = read_scale(file, find_scale(root, key), info.type);
+  info.type = stored_type(root.at("data_type"));
+  info.data_type = root.at("data_type").text();
+  if (root.at("num_channels").positive() != 1)
+    root.at("num_channels").fail("1, since volumes of several channels are not read");
+  info.scale = read_scale(file, root, find_scale(root, key), info.type);
   return info;
 }
 
-std::string precomputed_chunk_name(const PrecomputedScale& scale, const Box& box) {
-  const auto range = [](std::uint64_t origin, std::uint64_t size, std::int64_t offset) {
-    const std::int64_t start = static_cast<std::int64_t>(origin) + offset;
-    return fmt::format("{}-{}", start, start + static_cast<std::int64_t>(size));
-  };
-  return fmt::format("{}_{}_{}", range(box.origin.x, box.size.x, scale.voxel_offset[0]),
-                     range(box.origin.y, box.size.y, scale.voxel_offset[1]),
-                     range(box.origin.z, box.size.z, scale.voxel_offset[2]));
+std::string describe_precomputed_scales(const std::string& file) {
+  const Json document = parse_info(file);
+  const Member root(file, document, "");
+  return fmt::format("{} {}", describe_scales(checked_scales(root)), kNameAScale);
 }
 
 }  // namespace cvr::volumes

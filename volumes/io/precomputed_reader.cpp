@@ -44,6 +44,27 @@ std::optional<Location> locate(const std::string& path) {
   return here ? std::optional(Location{".", key.generic_string()}) : std::nullopt;
 }
 
+/// Throws unless `path` lies in the folder of the volume once all symbolic links are followed.
+void check_inside(const std::string& path, const fs::path& folder) {
+  std::error_code error;
+  const fs::path whole = fs::canonical(path, error);
+  if (error) throw_input_error(path, "", "a readable file or folder", error.message());
+  const fs::path inside = whole.lexically_relative(folder);
+  if (inside.empty() || *inside.begin() == "..") {
+    throw_input_error(
+        path, "",
+        "a file in the volume's own folder, or --allow-external (allow_external: true in a configuration)",
+        fmt::format("a symbolic link to '{}'", whole.string()));
+  }
+}
+
+/// The axes are those of the format; a caller may say so.
+void check_axes(const std::string& file, const std::string& axes) {
+  if (axes.empty() || axes == "xyz" || axes == "xyzc") return;
+  throw_input_error(file, "axes", "none, xyz or xyzc, since precomputed volumes are stored so",
+                    fmt::format("'{}'", axes));
+}
+
 /// Only a name that is truly absent counts as missing: a folder that may not be read must not pass for zeros.
 bool exists(const std::string& name) {
   std::error_code error;
@@ -87,21 +108,39 @@ void copy_shared(const Box& from, const std::byte* source, const Box& to, std::b
 
 class PrecomputedSource final : public VolumeSource {
  public:
-  PrecomputedSource(const Location& location, std::optional<VolumeKind> hint) {
+  PrecomputedSource(const Location& location, const OpenOptions& options)
+      : root_(fs::canonical(location.folder)) {
     const std::string file = (fs::path(location.folder) / "info").string();
+    check_axes(file, options.axes);
+    allow_external_ = options.allow_external;
+    if (!allow_external_) check_inside(file, root_);
     const PrecomputedInfo info = read_precomputed_info(file, location.key);
-    const Interpretation meaning = interpret(file, info.type, hint, info.kind);
+    const Interpretation meaning = interpret(file, info.type, options.kind, info.kind);
     scale_ = info.scale;
     reject_negative_ = meaning.reject_negative;
-    info_ = {scale_.size, meaning.type, meaning.kind, scale_.resolution, "nm"};
+    info_ = {.extent = scale_.size,
+             .type = meaning.type,
+             .kind = meaning.kind,
+             .voxel_size = scale_.resolution,
+             .voxel_unit = "nm"};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      info_.offset[axis] = static_cast<double>(scale_.voxel_offset[axis]) * scale_.resolution[axis];
+    }
     folder_ = (fs::path(location.folder) / scale_.key).string();
-    if (!fs::is_directory(folder_)) throw_input_error(folder_, "", "the folder of a scale", "none");
+    if (!fs::is_directory(folder_)) {
+      throw_input_error(folder_, "", "the folder of a scale",
+                        fmt::format("none; info names the scales {}", describe_precomputed_scales(file)));
+    }
+    if (!allow_external_) check_inside(folder_, root_);
+    check_chunk_names(folder_, scale_);
     const std::uint64_t layer =
         scale_.size.x * scale_.size.y * std::max<std::uint64_t>(scale_.chunk.z, 1) * size_of(info_.type);
     cache_limit_ = std::min(layer, kCacheBytes);
   }
 
   const VolumeInfo& info() const override { return info_; }
+
+  std::vector<std::string> files() const override { return {root_.string()}; }
 
   void read(const Box& box, std::byte* out) const override {
     if (box.size.voxels() == 0) return;
@@ -147,8 +186,12 @@ class PrecomputedSource final : public VolumeSource {
 
   Buffer decode_chunk(const Box& box) const {
     const std::string plain = (fs::path(folder_) / precomputed_chunk_name(scale_, box)).string();
-    const std::string name = !exists(plain) && exists(plain + ".gz") ? plain + ".gz" : plain;
+    const bool gzipped = exists(plain + ".gz");
+    if (exists(plain) && gzipped)
+      throw_input_error(plain, "", "one file of a chunk", "another one with the ending .gz beside it");
+    const std::string name = gzipped ? plain + ".gz" : plain;
     if (!exists(name)) return {};
+    if (!allow_external_) check_inside(name, root_);
     const MappedFile file(name);
     Buffer voxels = scale_.compressed ? decode_compressed(file, box) : decode_raw(file, box);
     if (reject_negative_) reject_negative_voxels(name, voxels.bytes(), size_of(info_.type));
@@ -210,6 +253,8 @@ class PrecomputedSource final : public VolumeSource {
   VolumeInfo info_;
   PrecomputedScale scale_;
   std::string folder_;
+  fs::path root_;  ///< the folder with `info`, without symbolic links
+  bool allow_external_ = false;
   bool reject_negative_ = false;
   std::uint64_t cache_limit_ = 0;
   mutable std::unordered_map<std::uint64_t, Buffer> chunks_;
@@ -229,11 +274,13 @@ bool is_precomputed_path(const std::string& path) {
   return fs::is_directory(path, ignored) && locate(path).has_value();
 }
 
+bool lies_in_precomputed(const std::string& path) { return locate(path).has_value(); }
+
 std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, const OpenOptions& options) {
   const auto location = locate(path.file);
   if (!location)
     throw_input_error(path.file, "", "a Neuroglancer precomputed folder", "no file info in it or above it");
-  return std::make_unique<PrecomputedSource>(*location, options.kind);
+  return std::make_unique<PrecomputedSource>(*location, options);
 }
 
 }  // namespace cvr::volumes

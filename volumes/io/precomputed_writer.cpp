@@ -6,15 +6,18 @@
 // become nanometres; a size of unknown unit is written as it is, since the format cannot say "unknown".
 //
 // The folder grows beside its final name and replaces only an empty folder or one that holds nothing but a
-// precomputed volume.
+// precomputed volume that was written here.
+//
+// voxel_offset is offset / resolution, which must be a whole number of voxels within a millionth of it.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "volumes/io/file.hpp"
+#include "volumes/io/output_folder.hpp"
 #include "volumes/io/precomputed.hpp"
 
 namespace cvr::volumes {
@@ -25,84 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kChunk = 64;
 constexpr std::uint32_t kBlock = 8;
-constexpr int kPartialNames = 1000;
-
-/// A name "PATH.SUFFIX0" or the next number that nothing has.
-fs::path free_name(const fs::path& path, const char* suffix) {
-  for (int number = 0; number < kPartialNames; ++number) {
-    fs::path candidate = fmt::format("{}.{}{}", path.string(), suffix, number);
-    if (!fs::exists(candidate)) return candidate;
-  }
-  throw_input_error(path.string(), "", "a free temporary name beside it", "a thousand of them in use");
-}
-
-/// A folder in the making, as OutputFile is for files.
-class OutputFolder {
- public:
-  explicit OutputFolder(fs::path path) : path_(std::move(path)) {
-    check_replaceable();
-    partial_ = free_name(path_, "part");
-    std::error_code error;
-    if (!fs::create_directory(partial_, error)) {
-      throw_input_error(path_.string(), "", "a name that can be written", error.message());
-    }
-  }
-  ~OutputFolder() {
-    std::error_code ignored;
-    if (!committed_) fs::remove_all(partial_, ignored);
-  }
-  OutputFolder(const OutputFolder&) = delete;
-  OutputFolder& operator=(const OutputFolder&) = delete;
-
-  const fs::path& partial() const { return partial_; }
-
-  void commit() {
-    std::error_code error;
-    std::optional<fs::path> old;
-    if (fs::exists(path_)) {
-      old = free_name(path_, "old");
-      fs::rename(path_, *old, error);
-    }
-    if (!error) fs::rename(partial_, path_, error);
-    if (error) {
-      std::error_code ignored;
-      if (old && !fs::exists(path_)) fs::rename(*old, path_, ignored);
-      throw_input_error(path_.string(), "", "a folder that can be replaced", error.message());
-    }
-    committed_ = true;
-    std::error_code ignored;
-    if (old) fs::remove_all(*old, ignored);
-  }
-
- private:
-  void check_replaceable() const {
-    if (!fs::exists(path_)) return;
-    if (!fs::is_directory(path_))
-      throw_input_error(path_.string(), "", "a folder or a free name", "a file of this name");
-    std::set<fs::path> allowed;
-    if (fs::is_regular_file(path_ / "info")) {
-      const auto info = nlohmann::json::parse(MappedFile((path_ / "info").string()).text(), nullptr, false);
-      allowed.insert("info");
-      for (const auto& scale :
-           info.is_object() ? info.value("scales", nlohmann::json::array()) : nlohmann::json::array()) {
-        if (scale.is_object() && scale.contains("key") && scale["key"].is_string()) {
-          allowed.insert(*fs::path(scale["key"].get<std::string>()).begin());
-        }
-      }
-    }
-    for (const auto& entry : fs::directory_iterator(path_)) {
-      if (!allowed.contains(entry.path().filename())) {
-        throw_input_error(path_.string(), "", "a folder that holds nothing but a precomputed volume",
-                          fmt::format("'{}' in it", entry.path().filename().string()));
-      }
-    }
-  }
-
-  fs::path path_;
-  fs::path partial_;
-  bool committed_ = false;
-};
-
+constexpr double kWholeWithin = 1e-6;                  // of the number itself, or of one voxel
+constexpr double kMaximumOffset = 1125899906842624.0;  // 2^50 voxels: every whole number up to it is a double
 const char* data_type(const VolumeInfo& info) {
   switch (info.type) {
     case VoxelType::kU8:
@@ -121,6 +48,22 @@ const char* data_type(const VolumeInfo& info) {
   return "?";
 }
 
+/// Where the volume starts, in voxels of this axis.
+std::int64_t voxel_offset_of(const std::string& path, const VolumeInfo& info, std::size_t axis) {
+  const double voxels = info.offset[axis] / info.voxel_size[axis];
+  const double whole = std::round(voxels);
+  const bool representable = std::isfinite(voxels) && std::fabs(whole) <= kMaximumOffset &&
+                             std::fabs(voxels - whole) <= kWholeWithin * std::max(1.0, std::fabs(whole));
+  if (!representable) {
+    throw_input_error(
+        path, fmt::format("offset along {}", "xyz"[axis]),
+        "a whole number of voxels, since the precomputed format holds no other (HDF5, NRRD and raw do)",
+        fmt::format("{} {} = {} voxels of {}", info.offset[axis], info.voxel_unit, voxels,
+                    info.voxel_size[axis]));
+  }
+  return static_cast<std::int64_t>(whole);
+}
+
 PrecomputedScale scale_of(const std::string& path, const VolumeInfo& info) {
   PrecomputedScale scale;
   scale.size = info.extent;
@@ -135,26 +78,9 @@ PrecomputedScale scale_of(const std::string& path, const VolumeInfo& info) {
                         fmt::format("the unit '{}'", info.voxel_unit));
     for (double& resolution : scale.resolution) resolution *= *metres * 1e9;
   }
+  for (std::size_t axis = 0; axis < 3; ++axis) scale.voxel_offset[axis] = voxel_offset_of(path, info, axis);
   scale.key = fmt::format("{}_{}_{}", scale.resolution[0], scale.resolution[1], scale.resolution[2]);
   return scale;
-}
-
-std::string info_text(const VolumeInfo& info, const PrecomputedScale& scale) {
-  nlohmann::ordered_json entry{{"key", scale.key},
-                               {"size", {scale.size.x, scale.size.y, scale.size.z}},
-                               {"resolution", scale.resolution},
-                               {"voxel_offset", scale.voxel_offset},
-                               {"chunk_sizes", {{scale.chunk.x, scale.chunk.y, scale.chunk.z}}},
-                               {"encoding", scale.compressed ? "compressed_segmentation" : "raw"}};
-  if (scale.compressed) {
-    entry["compressed_segmentation_block_size"] = {scale.block.x, scale.block.y, scale.block.z};
-  }
-  const nlohmann::ordered_json document{{"@type", "neuroglancer_multiscale_volume"},
-                                        {"type", scale.compressed ? "segmentation" : "image"},
-                                        {"data_type", data_type(info)},
-                                        {"num_channels", 1},
-                                        {"scales", nlohmann::ordered_json::array({entry})}};
-  return document.dump(2) + "\n";
 }
 
 /// The voxels of a chunk, cut from a row of chunks that starts at the same y and z.
@@ -207,16 +133,33 @@ void write_chunks(const std::string& path, const fs::path& folder, const VolumeS
 
 }  // namespace
 
+std::string precomputed_info_text(const std::string& data_type, bool labels, const PrecomputedScale& scale) {
+  nlohmann::ordered_json entry{{"key", scale.key},
+                               {"size", {scale.size.x, scale.size.y, scale.size.z}},
+                               {"resolution", scale.resolution},
+                               {"voxel_offset", scale.voxel_offset},
+                               {"chunk_sizes", {{kChunk, kChunk, kChunk}}},
+                               {"encoding", scale.compressed ? "compressed_segmentation" : "raw"}};
+  if (scale.compressed) {
+    entry["compressed_segmentation_block_size"] = {scale.block.x, scale.block.y, scale.block.z};
+  }
+  const nlohmann::ordered_json document{{"@type", "neuroglancer_multiscale_volume"},
+                                        {"type", labels ? "segmentation" : "image"},
+                                        {"data_type", data_type},
+                                        {"num_channels", 1},
+                                        {"scales", nlohmann::ordered_json::array({entry})}};
+  return document.dump(2) + "\n";
+}
+
 void write_precomputed(const VolumePath& path, const VolumeSource& source) {
-  fs::path target(path.file);
-  if (!target.has_filename()) target = target.parent_path();
-  const PrecomputedScale scale = scale_of(path.file, source.info());
-  OutputFolder folder(target);
+  const VolumeInfo& info = source.info();
+  const PrecomputedScale scale = scale_of(path.file, info);
+  OutputFolder folder(path.file);
   fs::create_directory(folder.partial() / scale.key);
   write_chunks(path.file, folder.partial() / scale.key, source, scale);
-  OutputFile info((folder.partial() / "info").string());
-  info.write(info_text(source.info(), scale));
-  info.commit();
+  OutputFile info_file((folder.partial() / "info").string());
+  info_file.write(precomputed_info_text(data_type(info), scale.compressed, scale));
+  info_file.commit();
   folder.commit();
 }
 

@@ -179,14 +179,9 @@ void write_raw(const VolumePath& path, const VolumeSource& source) {
   OutputFile voxels(path.file);
   OutputFile sidecar(sidecar_name(path.file));
   for_each_slab(source, [&voxels](std::span<const std::byte> slab) { voxels.write(slab); });
-  voxels.close();
   sidecar.write(std::string_view(yaml.c_str(), yaml.size()));
   sidecar.write("\n");
-  sidecar.close();
-  // Both are complete. Without a sidecar the new voxels cannot be read with the old one's extent.
-  std::filesystem::remove(sidecar.path());
-  voxels.commit();
-  sidecar.commit();
+  OutputFile::commit_pair(voxels, sidecar);
 }
 
 }  // namespace cvr::volumes

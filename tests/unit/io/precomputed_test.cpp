@@ -1,7 +1,12 @@
-// Neuroglancer precomputed: chunks made by hand with an offset and partial borders, gzip, missing chunks, and
-// the writer.
+// Neuroglancer precomputed: chunks made by hand with an offset and partial borders, gzip, missing chunks,
+// what must not pass for zeros, the writer, and folders that other programs wrote.
 #include <fmt/format.h>
+#include <sys/stat.h>
 
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "io_fixture.hpp"
@@ -48,6 +53,38 @@ class Precomputed : public IoTest {
       }
     }
     expect_boxes(source, volume);
+  }
+
+  /// Shape, type, voxels and sum as the description of a volume says; its lists are slowest axis first.
+  static void expect_volume(const std::string& name, const nlohmann::json& expected) {
+    const auto source = open_volume(name);
+    const VolumeInfo& info = source->info();
+    EXPECT_EQ(expected["shape"], nlohmann::json({info.extent.z, info.extent.y, info.extent.x}));
+    EXPECT_EQ(expected["voxel_size"],
+              nlohmann::json({info.voxel_size[2], info.voxel_size[1], info.voxel_size[0]}));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(info.offset[axis], expected["voxel_offset"][2 - axis].get<double>() * info.voxel_size[axis]);
+    }
+    const Volume volume = read_all(*source);
+    const auto value = [&](const Coordinate& at) {
+      return info.type == VoxelType::kF32 ? volume.voxels<const float>()[info.extent.index(at)]
+                                          : double(volume.label(at));
+    };
+    for (const auto& [index, found] :
+         expected["voxels"].get<std::vector<std::pair<std::array<std::uint64_t, 3>, double>>>()) {
+      EXPECT_EQ(value({index[2], index[1], index[0]}), found);
+    }
+    long double sum = 0;
+    std::uint64_t nonzero = 0;
+    for (std::uint64_t i = 0; i < info.extent.voxels(); ++i) {
+      const Coordinate at{i % info.extent.x, i / info.extent.x % info.extent.y,
+                          i / (info.extent.x * info.extent.y)};
+      sum += info.type == VoxelType::kF32 ? value(at) : static_cast<long double>(volume.label(at));
+      nonzero += value(at) != 0;
+    }
+    EXPECT_EQ(nonzero, expected["nonzero"].get<std::uint64_t>());
+    const double total = expected["sum"].get<double>();
+    EXPECT_NEAR(static_cast<double>(sum), total, std::fabs(total) * 1e-12);
   }
 
   static std::string gzipped(const std::string& bytes) {
@@ -106,7 +143,8 @@ TEST_F(Precomputed, MissingChunksAreZeroButMissingScalesAreErrors) {
   EXPECT_EQ(volume.label({2, 0, 2}), 142u);
   expect_boxes(*source, volume);
   expect_error(name + "/16_16_40", {"16_16_40"});
-  expect_error(name + "/4_4_40/", {"'4_4_40'", "8_8_40, 16_16_40"});
+  expect_error(name + "/4_4_40/", {"'4_4_40'", "8_8_40 (3 x 2 x 3 voxels of 8 x 8 x 40 nm)",
+                                   "16_16_40 (2 x 1 x 2", "FOLDER/KEY"});
 }
 
 TEST_F(Precomputed, CompressedSegmentationByHand) {
@@ -187,9 +225,9 @@ TEST_F(Precomputed, ReplacesOnlyPrecomputedVolumes) {
   write_volume(path("empty/"), MemorySource(volume));
   write_volume(path("empty/"), MemorySource(volume));
   write_bytes("empty/notes.txt", "mine");
-  EXPECT_THROW(write_volume(path("empty/"), MemorySource(volume)), InputError);
+  EXPECT_THROW(write_volume(path("empty/"), MemorySource(volume)), OutputError);
   write_bytes("home/thesis.tex", "mine");
-  EXPECT_THROW(write_volume(path("home/"), MemorySource(volume)), InputError);
+  EXPECT_THROW(write_volume(path("home/"), MemorySource(volume)), OutputError);
   EXPECT_EQ(read_bytes(path("home/thesis.tex")), "mine");
   expect_files({"empty", "home"});
 }
@@ -210,14 +248,17 @@ TEST_F(Precomputed, RefusesWhatItCannotRead) {
   refuse("/num_channels", 3, {"num_channels", "3"});
   refuse("/scales", nlohmann::json::array(), {"scales", "[]"});
   refuse("/scales/0/size", {3, 2}, {"scales[0].size", "[3,2]"});
-  refuse("/scales/0/size", {3, 2, -3}, {"scales[0].size[2]", "-3"});
-  refuse("/scales/0/size", {3, 2, 0}, {"scales[0].size[2]", "0"});
+  refuse("/scales/0/size", {3, 2, -3}, {"info: scales", "8_8_40 (3 x 2 x -3 voxels", "FOLDER/KEY"});
+  refuse("/scales/0/size", {3, 2, 2.5}, {"scales[0].size[2]", "2.5"});
   refuse("/scales/0/size", {1 << 20, 1 << 20, 1 << 20}, {"2^48"});
   refuse("/scales/0/resolution", {8, 8, 0}, {"resolution[2]", "0"});
   refuse("/scales/0/voxel_offset", {0.5, 0, 0}, {"voxel_offset[0]", "0.5"});
   refuse("/scales/0/chunk_sizes", nlohmann::json::array(), {"chunk_sizes", "[]"});
   refuse("/scales/0/encoding", "jpeg", {"encoding", "jpeg"});
-  refuse("/scales/0/encoding", "compressed_segmentation", {"uint32 or uint64"});
+  refuse("/scales/0/encoding", "compressed_segmentation", {"uint32 or uint64", "data_type uint8"});
+  refuse("/scales/0/chunk_sizes", {{2, 2, 2}, {1, 2}}, {"chunk_sizes[1]", "[1,2]"});
+  refuse("/scales/1/key", "8_8_40", {"scales[1].key", "no other scale"});
+  refuse("/@type", "neuroglancer_legacy_mesh", {"@type", "neuroglancer_legacy_mesh"});
   refuse("/scales/0/sharding", {{"@type", "neuroglancer_uint64_sharded_v1"}}, {"sharding", "unsharded"});
   refuse("/scales/0/key", "../8_8_40", {"key", "../8_8_40"});
   refuse("/scales/0/key", "", {"key"});
@@ -237,6 +278,270 @@ TEST_F(Precomputed, DamagedChunksAreErrors) {
   expect_error(name, {"at most 8"});
   write_bytes("vol/8_8_40/10-12_-4--2_100-102", gzipped(good).substr(0, 20));
   expect_error(name, {"10-12_-4--2_100-102"});
+}
+
+TEST_F(Precomputed, WhatFitsNothingNeverPassesForZeros) {
+  const std::string name = make_small();
+  const std::string folder = name + "/8_8_40/";
+  for (const char* stranger :
+       {"10-12_-4--2_100-102.br", "10-12_-4--2_100-102.zst", "10-12_-4--2_100-102.part0", "0-2_-4--2_100-102",
+        "10-13_-4--2_100-102", "12-14_-4--2_100-102", "14-16_-4--2_100-102", "0.shard", "notes.txt",
+        "99999999999999999999-1_0-1_0-1"}) {
+    write_bytes(std::string("vol/8_8_40/") + stranger, "mine");
+    expect_error(name, {stranger, "10-12_-4--2_100-102"});
+    std::filesystem::remove(folder + stranger);
+  }
+  // All files that are there have an ending that is not read.
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    std::filesystem::rename(entry.path(), entry.path().string() + ".br");
+  }
+  expect_error(name, {"'.br'", ".gz"});
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directory(folder);
+  expect_error(name, {"8_8_40", "at least one chunk", "10-12_-4--2_100-102"});
+  make_small();
+  write_bytes("vol/8_8_40/.DS_Store", "left by a file browser");
+  std::filesystem::create_directory(folder + "finer");
+  expect_small(*open_volume(name));
+  ASSERT_EQ(::mkfifo((folder + "12-13_-4--2_102-103.gz").c_str(), 0600), 0);
+  expect_error(name, {"12-13_-4--2_102-103.gz", "pipe"});
+}
+
+TEST_F(Precomputed, AnEditedOffsetIsAnError) {
+  const std::string name = make_small();
+  nlohmann::json info = small_info();
+  info["scales"][0]["voxel_offset"] = {11, -4, 100};
+  write_bytes("vol/info", info.dump());
+  expect_error(name, {"8_8_40", "11-13_-4--2_100-102", "voxel_offset"});
+}
+
+TEST_F(Precomputed, PlainAndGzippedFilesOfOneChunkContradict) {
+  const std::string name = make_small();
+  write_bytes("vol/8_8_40/10-12_-4--2_100-102.gz", gzipped(read_bytes(name + "/8_8_40/10-12_-4--2_100-102")));
+  expect_error(name, {"10-12_-4--2_100-102", "one file of a chunk"});
+}
+
+TEST_F(Precomputed, ChunksOfSeveralSizesLieInOneFolder) {
+  const std::string name = make_small();
+  nlohmann::json info = small_info();
+  info["scales"][0]["chunk_sizes"] = {{2, 2, 2}, {3, 1, 3}};
+  write_bytes("vol/info", info.dump());
+  write_bytes("vol/8_8_40/10-13_-4--3_100-103", "123456789");
+  expect_small(*open_volume(name));
+}
+
+TEST_F(Precomputed, WholeNumbersMayBeWrittenAsFloats) {
+  make_small();
+  std::string text = small_info().dump();
+  for (const auto& [from, to] : {std::pair{"[10,-4,100]", "[10.0,-4.0,1e2]"},
+                                 {"[3,2,3]", "[3.0,2.0,3.0]"},
+                                 {"[8,8,40]", "[8.0,8.0,40.0]"},
+                                 {"[[2,2,2]]", "[[2.0,2.0,2.0]]"}}) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), std::string_view(from).size(), to);
+  }
+  write_bytes("vol/info", text);
+  expect_small(*open_volume(path("vol")));
+}
+
+TEST_F(Precomputed, KeysGivenTwiceAndDeepNestingAreErrors) {
+  make_small();
+  std::string text = small_info().dump();
+  write_bytes("vol/info", "{\"data_type\": \"uint16\"," + text.substr(1));
+  expect_error(path("vol"), {"data_type", "twice"});
+  const std::string size = "\"size\":[3,2,3],";
+  text.insert(text.find("\"size\""), size);
+  write_bytes("vol/info", text);
+  expect_error(path("vol"), {"size", "twice"});
+  write_bytes("vol/info", std::string(300000, '['));
+  expect_error(path("vol"), {"info", "64 levels"});
+}
+
+TEST_F(Precomputed, APlaceholderFirstScaleAsksForAKey) {
+  make_small();
+  nlohmann::json info = small_info();
+  const nlohmann::json placeholder = nlohmann::json::parse(
+      R"({"key": "1_1_1", "size": [1, 1, 1], "resolution": [1, 1, 1], "chunk_sizes": [[1, 1, 1]], "encoding": "raw"})");
+  info["scales"].insert(info["scales"].begin(), placeholder);
+  for (const nlohmann::json& size : {nlohmann::json{1, 1, 1}, nlohmann::json{0, 0, 0}}) {
+    info["scales"][0]["size"] = size;
+    write_bytes("vol/info", info.dump());
+    expect_error(path("vol"),
+                 {"scales", "1_1_1 (", "8_8_40 (3 x 2 x 3 voxels of 8 x 8 x 40 nm)", "FOLDER/KEY"});
+    expect_small(*open_volume(path("vol/8_8_40")));
+  }
+  info = small_info();
+  info["scales"][0]["key"] = "missing";
+  write_bytes("vol/info", info.dump());
+  expect_error(path("vol"), {"vol/missing", "16_16_40", "FOLDER/KEY"});
+}
+
+TEST_F(Precomputed, AxesAreThoseOfTheFormat) {
+  const std::string name = make_small();
+  for (const char* axes : {"", "xyz", "xyzc"}) {
+    OpenOptions options;
+    options.axes = axes;
+    expect_small(*open_volume(name, options));
+  }
+  for (const char* axes : {"zyx", "xy", "txyz", "xyz "}) {
+    OpenOptions options;
+    options.axes = axes;
+    try {
+      open_volume(name, options);
+      ADD_FAILURE() << axes;
+    } catch (const InputError& error) {
+      EXPECT_NE(
+          std::string(error.what())
+              .find(fmt::format("axes: expected none, xyz or xyzc, since precomputed volumes are stored so, "
+                                "found '{}'",
+                                axes)),
+          std::string::npos)
+          << error.what();
+    }
+  }
+}
+
+TEST_F(Precomputed, NothingOutsideTheFolderIsReadUnlessAllowed) {
+  OpenOptions allowed;
+  allowed.allow_external = true;
+  const std::string name = make_small();
+  const std::string chunk = name + "/8_8_40/10-12_-4--2_100-102";
+  std::filesystem::rename(chunk, path("elsewhere"));
+  std::filesystem::create_symlink(path("elsewhere"), chunk);
+  expect_error(name, {"10-12_-4--2_100-102", path("elsewhere"), "--allow-external"});
+  expect_small(*open_volume(name, allowed));
+  // A link inside the folder is no way out of it.
+  std::filesystem::remove(chunk);
+  std::filesystem::rename(path("elsewhere"), name + "/kept");
+  std::filesystem::create_symlink("../kept", chunk);
+  expect_small(*open_volume(name));
+  std::filesystem::rename(name + "/8_8_40", path("scale"));
+  std::filesystem::create_directory_symlink(path("scale"), name + "/8_8_40");
+  expect_error(name, {"8_8_40", path("scale"), "--allow-external"});
+  std::filesystem::remove(path("scale/10-12_-4--2_100-102"));
+  std::filesystem::rename(name + "/kept", path("scale/10-12_-4--2_100-102"));
+  expect_small(*open_volume(name, allowed));
+  std::filesystem::rename(name + "/info", path("info"));
+  std::filesystem::create_symlink(path("info"), name + "/info");
+  expect_error(name, {"info", path("info"), "--allow-external"});
+  std::filesystem::create_directory_symlink("vol", path("link"));
+  expect_small(*open_volume(path("link"), allowed));
+}
+
+TEST_F(Precomputed, TheOffsetIsReadAndWritten) {
+  const auto source = open_volume(make_small());
+  EXPECT_EQ(source->info().offset, (std::array<double, 3>{80, -32, 4000}));
+  EXPECT_EQ(source->files(), (std::vector<std::string>{std::filesystem::canonical(path("vol")).string()}));
+  write_volume(path("copy/"), *source);
+  const auto info = nlohmann::json::parse(read_bytes(path("copy/info")));
+  EXPECT_EQ(info["scales"][0]["voxel_offset"], nlohmann::json({10, -4, 100}));
+  EXPECT_TRUE(std::filesystem::exists(path("copy/8_8_40/10-13_-4--2_100-103")));
+  expect_small(*open_volume(path("copy")));
+  EXPECT_EQ(open_volume(path("copy"))->info().offset, source->info().offset);
+}
+
+TEST_F(Precomputed, AnOffsetBetweenVoxelsIsRefused) {
+  Volume volume = patterned({5, 7, 3}, VoxelType::kU32, VolumeKind::kLabels);
+  const auto refuse = [&](const std::array<double, 3>& offset, const std::string& text) {
+    volume.info().offset = offset;
+    try {
+      write_volume(path("a/"), MemorySource(volume));
+      ADD_FAILURE() << text;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << error.what();
+    }
+  };
+  refuse({0, 2, 0}, "offset along y: expected a whole number of voxels");
+  refuse({0, 0, 40.001}, "offset along z");
+  refuse({1e300, 0, 0}, "offset along x");
+  refuse({-std::numeric_limits<double>::infinity(), 0, 0}, "offset along x");
+  expect_files({});
+  volume.info().offset = {8e6 * (1 + 1e-9), -4.5, 0};
+  write_volume(path("a/"), MemorySource(volume));
+  EXPECT_EQ(open_volume(path("a"))->info().offset, (std::array<double, 3>{8e6, -4.5, 0}));
+}
+
+TEST_F(Precomputed, ReplacesNothingThatWasNotWrittenHere) {
+  const Volume volume = patterned({5, 7, 3}, VoxelType::kU32, VolumeKind::kLabels);
+  write_volume(path("ours/"), MemorySource(volume));
+  const std::string chunk = "ours/8_4.5_40/0-5_0-7_0-3";
+  const std::string good = read_bytes(path(chunk));
+  for (const char* stranger :
+       {"ours/8_4.5_40/notes.txt", "ours/8_4.5_40/0-5_0-7_0-3.gz", "ours/8_4.5_40/0-5_0-7_0-2",
+        "ours/8_4.5_40/.hidden", "ours/mesh/1:0", "ours/provenance"}) {
+    write_bytes(stranger, "mine");
+    EXPECT_THROW(write_volume(path("ours/"), MemorySource(volume)), OutputError) << stranger;
+    EXPECT_EQ(read_bytes(path(stranger)), "mine");
+    std::filesystem::remove(path(stranger));
+    std::filesystem::remove(path("ours/mesh"));
+  }
+  // A volume of another program: the same kind of folder, another text of info.
+  const std::string info = read_bytes(path("ours/info"));
+  write_bytes("ours/info", nlohmann::json::parse(info).dump());
+  EXPECT_THROW(write_volume(path("ours/"), MemorySource(volume)), OutputError);
+  write_bytes("ours/info", info);
+  const std::string name = make_small();
+  EXPECT_THROW(write_volume(name + "/", MemorySource(volume)), OutputError);
+  expect_small(*open_volume(name));
+  std::filesystem::create_directory_symlink("ours", path("link"));
+  const Volume other = patterned({70, 7, 3}, VoxelType::kU64, VolumeKind::kLabels);
+  write_volume(path("link/"), MemorySource(other));
+  EXPECT_TRUE(std::filesystem::is_symlink(path("link")));
+  expect_boxes(*open_volume(path("ours")), other);
+  expect_files({"ours", "vol", "link"});
+}
+
+/// What other programs wrote, with what the voxels must be. A case that is not read is refused, and says why:
+/// support cannot shrink unnoticed.
+TEST_F(Precomputed, FoldersOfOtherPrograms) {
+  const char* fixtures = std::getenv("CVRBENCH_FIXTURES");
+  const std::filesystem::path folder =
+      std::filesystem::path(fixtures == nullptr ? "" : fixtures) / "precomputed";
+  if (!std::filesystem::is_regular_file(folder / "expected.json"))
+    GTEST_SKIP() << "CVRBENCH_FIXTURES names no folder with precomputed/";
+  const std::map<std::string, std::string> refusals{
+      {"cloudvolume_compresso_u32/32_32_40",
+       "encoding: expected raw or compressed_segmentation, which are read, found \"compresso\""},
+      {"neuroglancer_one_channel/3_4_5", "expected the folder of a scale, found none"},
+      {"neuroglancer_one_channel/6_8_10", "expected the folder of a scale, found none"},
+      {"neuroglancer_one_channel/12_16_20", "expected the folder of a scale, found none"},
+      {"neuroglancer_two_channels/3_4_5", "num_channels: expected 1"},
+      {"neuroglancer_two_channels/6_8_10", "num_channels: expected 1"},
+      {"neuroglancer_two_channels/12_16_20", "num_channels: expected 1"},
+      {"raw_u8_two_channels/2_2_5", "num_channels: expected 1"},
+      {"ngs_jpeg_u8/4mm", "found \"jpeg\""},
+      {"png_u8/2_2_5", "found \"png\""},
+      {"ngs_sharded_identity_u32/32mm", "sharding: expected an unsharded scale"},
+      {"cv_sharded_murmur_gz_gz_u64/32_32_40", "sharding: expected an unsharded scale"},
+      {"cv_sharded_murmur_gz_gz_u64/64_64_80", "sharding: expected an unsharded scale"},
+      {"cv_sharded_identity_single_u8/4.5_4.5_12.25", "sharding: expected an unsharded scale"},
+      {"cv_sharded_murmur_raw_raw_u16_missing/16_16_40", "sharding: expected an unsharded scale"},
+  };
+  std::size_t read = 0, refused = 0;
+  for (const auto& one : nlohmann::json::parse(read_bytes((folder / "expected.json").string()))) {
+    for (const auto& expected : one.at("volumes")) {
+      const std::string open = expected.at("open");  // "scale N (key KEY)"
+      const std::size_t start = open.find("(key ") + 5;
+      const std::string name =
+          one.at("path").get<std::string>() + "/" + open.substr(start, open.size() - 1 - start);
+      SCOPED_TRACE(name);
+      const std::string whole = (folder / name).string();
+      if (const auto refusal = refusals.find(name); refusal != refusals.end()) {
+        ++refused;
+        try {
+          open_volume(whole);
+          ADD_FAILURE() << "was read";
+        } catch (const InputError& error) {
+          EXPECT_NE(std::string(error.what()).find(refusal->second), std::string::npos) << error.what();
+        }
+        continue;
+      }
+      ++read;
+      expect_volume(whole, expected);
+    }
+  }
+  EXPECT_EQ(read, 5u);
+  EXPECT_EQ(refused, refusals.size());
 }
 
 }  // namespace
