@@ -4,76 +4,46 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
 
+#include "volumes/number_text.hpp"
+#include "volumes/yaml_document.hpp"
+
 namespace cvr::experiments {
 
-namespace {
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row.back();
-}
-
-template <class T>
-std::optional<T> parse_number(const std::string& text) {
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-std::string place_of(const std::string& document, const YAML::Mark& mark) {
-  if (mark.is_null()) return document;
-  return fmt::format("{}:{}:{}", document, mark.line + 1, mark.column + 1);
-}
-
-}  // namespace
-
-std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
-  const auto nearest =
-      std::ranges::min_element(candidates, {}, [&](const std::string& c) { return edit_distance(word, c); });
-  const std::size_t allowed = word.size() <= 3 ? 1 : std::max<std::size_t>(2, word.size() / 3);
-  if (nearest == candidates.end() || edit_distance(word, *nearest) > allowed) return "";
-  return fmt::format(" (did you mean '{}'?)", *nearest);
-}
-
 YamlValue YamlValue::from_file(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) throw InputError(fmt::format("{}: expected a YAML file, found a folder", path));
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored))
+    throw InputError(fmt::format("{}: expected a YAML file, found a pipe or a device", path));
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(fmt::format("{}: expected a readable YAML file, found none", path));
+  if (!in) throw InputError(fmt::format("{}: expected a readable YAML file, found: {}", path, std::strerror(errno)));
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in || in.bad())
-    throw InputError(
-        fmt::format("{}: expected a readable YAML file, found a folder or an unreadable one", path));
   return from_text(text.str(), path);
 }
 
 YamlValue YamlValue::from_text(const std::string& text, const std::string& document) {
-  try {
-    return YamlValue(YAML::Load(text), document);
-  } catch (const YAML::ParserException& error) {
-    throw InputError(fmt::format("{}: expected YAML, found: {}", place_of(document, error.mark), error.msg));
-  }
+  return YamlValue(volumes::load_yaml(text, document), document);
 }
 
-std::string YamlValue::place() const { return place_of(document_, node_.Mark()); }
+std::string YamlValue::place() const { return volumes::yaml_place(document_, node_.Mark()); }
+
+namespace {
+
+/// In quotes, as much as a line of an error holds.
+std::string shown(const std::string& text) {
+  constexpr std::size_t kLongest = 120;
+  return fmt::format("'{}'", text.size() <= kLongest ? volumes::printable(text) : volumes::printable(text.substr(0, kLongest)) + "...");
+}
+
+}  // namespace
 
 std::string YamlValue::describe() const {
   switch (node_.Type()) {
@@ -84,7 +54,7 @@ std::string YamlValue::describe() const {
     case YAML::NodeType::Map:
       return "a map";
     case YAML::NodeType::Scalar:
-      return fmt::format("'{}'", node_.Scalar());
+      return shown(node_.Scalar());
     default:
       return "nothing";
   }
@@ -98,23 +68,26 @@ void YamlValue::reject(std::string_view message) const {
   throw InputError(fmt::format("{}: {}", place(), message));
 }
 
+void YamlValue::expected_number(const std::string& what) const {
+  if (!node_.IsScalar()) expected(what);
+  reject(fmt::format("expected {}, {}", what, volumes::found_number(node_.Scalar())));
+}
+
 std::string YamlValue::text(std::string_view what) const {
   if (!node_.IsScalar()) expected(what);
+  if (volumes::unprintable_at(node_.Scalar())) expected(fmt::format("{} of one line without control characters", what));
   return node_.Scalar();
 }
 
 std::uint64_t YamlValue::integer(std::uint64_t minimum, std::uint64_t maximum) const {
-  const auto value = node_.IsScalar() ? parse_number<std::uint64_t>(node_.Scalar()) : std::nullopt;
-  if (!value || *value < minimum || *value > maximum)
-    expected(fmt::format("an integer in {}..{}", minimum, maximum));
+  const auto value = node_.IsScalar() ? volumes::parse_unsigned(node_.Scalar()) : std::nullopt;
+  if (!value || *value < minimum || *value > maximum) expected_number(fmt::format("an integer in {}..{}", minimum, maximum));
   return *value;
 }
 
 double YamlValue::number(double minimum, double maximum) const {
-  const auto value = node_.IsScalar() ? parse_number<double>(node_.Scalar()) : std::nullopt;
-  if (!value || !std::isfinite(*value) || *value < minimum || *value > maximum) {
-    expected(fmt::format("a number in {}..{}", minimum, maximum));
-  }
+  const auto value = node_.IsScalar() ? volumes::parse_real(node_.Scalar()) : std::nullopt;
+  if (!value || *value < minimum || *value > maximum) expected_number(fmt::format("a number in {}..{}", minimum, maximum));
   return *value;
 }
 

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <numeric>
+#include <vector>
 
 namespace cvr::volumes {
 
@@ -41,6 +44,21 @@ std::string escaped(std::uint32_t code) {
   return code < 0x80 ? fmt::format("\\x{:02x}", code) : fmt::format("\\u{:04x}", code);
 }
 
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -66,6 +84,14 @@ std::optional<std::size_t> unprintable_at(std::string_view text) {
     at += c.bytes;
   }
   return std::nullopt;
+}
+
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
+  const auto nearest =
+      std::ranges::min_element(candidates, {}, [&](const std::string& c) { return edit_distance(word, c); });
+  const std::size_t allowed = word.size() <= 3 ? 1 : std::max<std::size_t>(2, word.size() / 3);
+  if (nearest == candidates.end() || edit_distance(word, *nearest) > allowed) return "";
+  return fmt::format(" (did you mean '{}'?)", *nearest);
 }
 
 }  // namespace cvr::volumes

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -14,5 +15,8 @@ std::string printable(std::string_view text);
 
 /// Byte of the first character that `printable` would change, if there is one.
 std::optional<std::size_t> unprintable_at(std::string_view text);
+
+/// " (did you mean 'csgvr'?)" or "" if no candidate is near.
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace cvr::volumes
