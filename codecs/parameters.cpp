@@ -1,11 +1,13 @@
 #include "codecs/parameters.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <optional>
 #include <stdexcept>
+
+#include "volumes/number_text.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::codecs {
 
@@ -14,13 +16,6 @@ using volumes::Expected;
 using volumes::fail;
 
 namespace {
-
-std::optional<std::int64_t> parse_integer(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 std::vector<std::string_view> split(std::string_view text, char separator) {
   std::vector<std::string_view> parts;
@@ -47,7 +42,7 @@ std::optional<std::string> check(const ParameterSpec& spec, std::string_view val
   if (parts.size() != count) return std::nullopt;
   std::vector<std::int64_t> numbers;
   for (const std::string_view part : parts) {
-    const auto number = parse_integer(part);
+    const auto number = volumes::parse_signed(part);
     if (!number || !in_range(*number)) return std::nullopt;
     numbers.push_back(*number);
   }
@@ -79,10 +74,11 @@ Expected<Parameters> Parameters::parse(std::span<const ParameterSpec> specs, std
     const std::string_view name = std::string_view(assignment).substr(0, equals);
     const auto spec = std::ranges::find(specs, name, &ParameterSpec::name);
     if (spec == specs.end()) {
-      std::vector<std::string_view> known;
-      for (const ParameterSpec& s : specs) known.push_back(s.name);
-      return fail(ErrorCode::kBadArgument, fmt::format("unknown parameter '{}'; expected one of: {}", name,
-                                                       known.empty() ? "(none)" : fmt::format("{}", fmt::join(known, ", "))));
+      std::vector<std::string> known;
+      for (const ParameterSpec& s : specs) known.emplace_back(s.name);
+      return fail(ErrorCode::kBadArgument, fmt::format("unknown parameter '{}'; expected one of: {}{}", volumes::printable(name),
+                                                       known.empty() ? "(none)" : fmt::format("{}", fmt::join(known, ", ")),
+                                                       volumes::did_you_mean(name, known)));
     }
     if (equals == std::string::npos) {
       return fail(ErrorCode::kBadArgument, fmt::format("parameter '{}': expected {}=VALUE", assignment, name));
@@ -91,7 +87,7 @@ Expected<Parameters> Parameters::parse(std::span<const ParameterSpec> specs, std
     const auto canonical = check(*spec, value);
     if (!canonical) {
       return fail(ErrorCode::kBadArgument,
-                  fmt::format("parameter '{}': expected {}, found '{}'", name, describe_range(*spec), value));
+                  fmt::format("parameter '{}': expected {}, {}", name, describe_range(*spec), volumes::found_number(value)));
     }
     if (!parameters.values_.emplace(name, *canonical).second) {
       return fail(ErrorCode::kBadArgument, fmt::format("parameter '{}' is given twice", name));
@@ -107,12 +103,12 @@ const std::string& Parameters::text(std::string_view name) const {
   return found->second;
 }
 
-std::int64_t Parameters::integer(std::string_view name) const { return parse_integer(text(name)).value(); }
+std::int64_t Parameters::integer(std::string_view name) const { return volumes::parse_signed(text(name)).value(); }
 
 std::array<std::uint32_t, 3> Parameters::triple(std::string_view name) const {
   const auto parts = split(text(name), ',');
   std::array<std::uint32_t, 3> numbers{};
-  for (std::size_t i = 0; i < 3; ++i) numbers[i] = static_cast<std::uint32_t>(parse_integer(parts.at(i)).value());
+  for (std::size_t i = 0; i < 3; ++i) numbers[i] = static_cast<std::uint32_t>(volumes::parse_signed(parts.at(i)).value());
   return numbers;
 }
 

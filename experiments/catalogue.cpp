@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "experiments/dataset_keys.hpp"
 #include "experiments/datasets.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "volumes/generators/generator.hpp"
@@ -37,7 +38,18 @@ GeneratorChoice read_stand_in(const YamlValue& value) {
   return choice;
 }
 
-Dataset read_dataset(const std::string& name, const YamlValue& value) {
+/// A relative path begins at the folder of the catalogue, unless it begins with the data folder's variable.
+std::string read_file_name(const YamlValue& value, const std::string& catalogue_path) {
+  const std::string name = value.text("the path of a volume");
+  if (name.empty()) value.expected("the path of a volume");
+  const bool in_data_folder = name.starts_with(kDataVariable);
+  if (name.find('$', in_data_folder ? kDataVariable.size() : 0) != std::string::npos || name.starts_with('~'))
+    value.expected(fmt::format("a path with no other variable than {} at its beginning", kDataVariable));
+  if (in_data_folder) return name;
+  return (std::filesystem::path(catalogue_path).parent_path() / name).lexically_normal().string();
+}
+
+Dataset read_dataset(const std::string& name, const YamlValue& value, const std::string& catalogue_path) {
   Dataset d;
   d.name = name;
   GeneratorChoice choice;
@@ -90,7 +102,9 @@ Dataset read_dataset(const std::string& name, const YamlValue& value) {
          if (!d.hash.empty() && (d.hash.size() != 16 || !digits))
            v.expected("16 hexadecimal digits or unknown");
        }},
-      {"file", text_into(d.file)},
+      {"file", [&](const YamlValue& v) { d.file = read_file_name(v, catalogue_path); }},
+      {"axes", [&](const YamlValue& v) { d.axes = read_axes(v); }},
+      {"allow_external", [&](const YamlValue& v) { d.allow_external = read_yes_no(v); }},
       {"package", text_into(d.package)},
       {"generator", [&](const YamlValue& v) { read_generator_kind(v, choice); }},
       {"seed", [&](const YamlValue& v) { choice.seed = v.integer(0, UINT64_MAX); }},
@@ -105,12 +119,26 @@ Dataset read_dataset(const std::string& name, const YamlValue& value) {
   if (!choice.kind.empty() && d.generator) value.expected("either generator or stand_in");
   if (!choice.kind.empty()) d.generator = choice;
   if (d.generator && d.time_steps > 1) d.generator->parameters["steps"] = static_cast<double>(d.time_steps);
+  if (d.file.empty() && (!d.axes.empty() || d.allow_external)) value.expected("axes and allow_external only beside a file");
+  if (is_too_large(d.extent, d.time_steps))
+    value.reject(fmt::format("expected at most {} voxels in all, found {} in {} steps", kMostVoxels, to_string(d.extent), d.time_steps));
   if (d.file.empty() == choice.kind.empty())
     value.expected("either a file (with or without a stand_in) or a generator");
   return d;
 }
 
 }  // namespace
+
+std::string read_axes(const YamlValue& value) {
+  if (!are_axes(value.text("axes"))) value.expected(kAxesExplained);
+  return value.text();
+}
+
+bool read_yes_no(const YamlValue& value) {
+  const std::string word = value.text("true or false");
+  if (word != "true" && word != "false" && word != "1" && word != "0") value.expected("true or false");
+  return word == "true" || word == "1";
+}
 
 volumes::Extent Dataset::generated_extent() const {
   const auto scaled = [this](std::uint64_t n) {
@@ -142,7 +170,7 @@ void Catalogue::add_file(const std::string& path) {
       name.reject(
           fmt::format("expected a name that no other description has, found '{}' again", name.text()));
     }
-    datasets_.push_back(read_dataset(name.text(), value));
+    datasets_.push_back(read_dataset(name.text(), value, path));
   }
 }
 

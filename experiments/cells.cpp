@@ -40,7 +40,8 @@ std::optional<Stage> stage_from_name(std::string_view name) {
 
 std::string Cell::line_key() const {
   const volumes::Extent extent = dataset->generator ? dataset->generated_extent() : dataset->extent;
-  const std::string line = fmt::format("{}|{}|{}|{}|{}", dataset->name, to_string(extent), codec,
+  const std::string axes = dataset->axes.empty() ? "" : " axes=" + dataset->axes;
+  const std::string line = fmt::format("{}{}|{}|{}|{}|{}", dataset->name, axes, to_string(extent), codec,
                                        parameters.canonical(), threads.text);
   return render ? fmt::format("{}|{}", line, render->key()) : line;
 }

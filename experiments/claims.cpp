@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "experiments/escaping.hpp"
 #include "experiments/rate_distortion.hpp"
 #include "experiments/render_metrics.hpp"
 #include "experiments/table_lines.hpp"
@@ -293,7 +294,8 @@ Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdic
     const ClaimSpec& claim = *verdict.claim;
     table.lines.push_back({claim.name, std::string(name_of(verdict.verdict)),
                            verdict.groups.size() == 1 ? verdict.groups.front().reason : counts_text(verdict) + range_text(verdict)});
-    table.notes.push_back(fmt::format("**{}**: \"{}\" ({}). Checked: {}, {}{}.", claim.name, claim.says, claim.source, claim.metric,
+    table.notes.push_back(fmt::format("**{}**: \"{}\" ({}). Checked: {}, {}{}.", escape_markdown(claim.name, false), escape_markdown(claim.says, false),
+                                      escape_markdown(claim.source, false), claim.metric,
                                       claim.describe_bounds(), quorum_text(claim.quorum)));
   }
   return table;

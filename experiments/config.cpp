@@ -12,6 +12,7 @@
 
 #include "codecs/registry.hpp"
 #include "experiments/claims.hpp"
+#include "experiments/dataset_keys.hpp"
 #include "experiments/render_axes.hpp"
 #include "experiments/table_spec.hpp"
 #include "experiments/yaml_reader.hpp"
@@ -47,7 +48,9 @@ volumes::Extent read_extent(const YamlValue& value) {
   const auto axes = value.list("three extents [x, y, z]");
   if (axes.size() != 3) value.expected("three extents [x, y, z]");
   constexpr std::uint64_t kMaxAxis = std::uint64_t{1} << 20;
-  return {axes[0].integer(1, kMaxAxis), axes[1].integer(1, kMaxAxis), axes[2].integer(1, kMaxAxis)};
+  const volumes::Extent extent{axes[0].integer(1, kMaxAxis), axes[1].integer(1, kMaxAxis), axes[2].integer(1, kMaxAxis)};
+  if (is_too_large(extent)) value.reject(fmt::format("expected at most {} voxels in all, found {}", kMostVoxels, to_string(extent)));
+  return extent;
 }
 
 const Dataset& find_dataset(const YamlValue& value, const Catalogue& catalogue) {
@@ -113,14 +116,22 @@ Dataset read_dataset(const YamlValue& value, const Catalogue& catalogue) {
   std::optional<volumes::Extent> extent;
   std::uint32_t bytes_per_voxel = 0;
   bool exchange_axes = false;
+  std::optional<std::string> axes;
+  std::optional<bool> allow_external;
   value.fields({{"name", [&](const YamlValue& v) { dataset = find_dataset(v, catalogue); }, true},
                 {"exchange_axes", [&](const YamlValue& v) { exchange_axes = v.integer(0, 1) == 1; }},
+                {"axes", [&](const YamlValue& v) { axes = read_axes(v); }},
+                {"allow_external", [&](const YamlValue& v) { allow_external = read_yes_no(v); }},
                 {"scale", [&](const YamlValue& v) { scale = v.number(1e-4, 1); }},
                 {"extent", [&](const YamlValue& v) { extent = read_extent(v); }},
                 {"bytes_per_voxel",
                  [&](const YamlValue& v) { bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8)); }}});
   if ((scale || extent) && !dataset.generator)
     value.reject("expected a scale or extent only for what is generated, found a file");
+  if ((axes || allow_external) && dataset.file.empty())
+    value.reject("expected axes and allow_external only for a file, found what is generated");
+  if (axes) dataset.axes = *axes;
+  if (allow_external) dataset.allow_external = *allow_external;
   if (scale) dataset.scale = *scale;
   if (extent) dataset.extent = *extent;
   dataset.bytes_per_voxel = bytes_per_voxel;
@@ -196,7 +207,7 @@ Threads read_threads(const YamlValue& value) {
   return {std::to_string(count), count};
 }
 
-Block read_block(const YamlValue& value, const Catalogue& catalogue) {
+Block read_block(const YamlValue& value, const Catalogue& catalogue, const std::string& config_path) {
   Block block;
   std::vector<YamlValue::Field> fields{
       {"datasets",
@@ -222,7 +233,11 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
        [&](const YamlValue& v) {
          for (const YamlValue& one : v.list("stages")) {
            const auto stage = stage_from_name(one.text("a stage"));
-           if (!stage) one.expected("encode, decode, random-access or render");
+           if (!stage) {
+             std::vector<std::string> names;
+             for (const Stage known : kStages) names.emplace_back(name_of(known));
+             one.expected("encode, decode, random-access or render" + did_you_mean(one.text(), names));
+           }
            block.stages.push_back(*stage);
          }
        },
@@ -232,7 +247,7 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue) {
          for (const YamlValue& one : v.list_or_one("thread counts"))
            block.threads.push_back(read_threads(one));
        }}};
-  for (YamlValue::Field& field : block.render.fields()) fields.push_back(std::move(field));
+  for (YamlValue::Field& field : block.render.fields(config_path)) fields.push_back(std::move(field));
   value.fields(fields);
   block.render.check(value, std::ranges::find(block.stages, Stage::kRender) != block.stages.end());
   return block;
@@ -339,6 +354,17 @@ std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config)
   return cells;
 }
 
+/// Tables and claims are found by their names.
+void require_names_once(const YamlValue& root, const Config& config) {
+  std::set<std::string> tables, claims;
+  for (const TableSpec& table : config.tables) {
+    if (!tables.insert(table.name).second) root.reject(fmt::format("expected tables of different names, found '{}' twice", table.name));
+  }
+  for (const ClaimSpec& claim : config.claims) {
+    if (!claims.insert(claim.name).second) root.reject(fmt::format("expected claims of different names, found '{}' twice", claim.name));
+  }
+}
+
 std::string hash_config(const std::string& path, const std::vector<std::string>& settings) {
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
@@ -360,7 +386,7 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
   fields.push_back({"matrix",
                     [&](const YamlValue& v) {
                       for (const YamlValue& one : v.list("blocks"))
-                        blocks.push_back(read_block(one, catalogue));
+                        blocks.push_back(read_block(one, catalogue, path));
                     },
                     true});
   fields.push_back({"tables", [&](const YamlValue& v) {
@@ -372,9 +398,18 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
                     }});
   fields.push_back({"test_fault", [&](const YamlValue& v) { config.test_fault = read_fault(v); }});
   root.fields(fields);
-  for (const std::string& setting : settings) apply_setting(setting, config);
+  require_names_once(root, config);
+  std::set<std::string> set_keys;
+  for (const std::string& setting : settings) {
+    if (!set_keys.insert(setting.substr(0, setting.find('='))).second)
+      throw InputError(fmt::format("--set {}: expected each key once", setting));
+    apply_setting(setting, config);
+  }
   if (config.max_rounds == 0) config.max_rounds = 3 * config.rounds;
-  if (config.max_rounds < config.rounds) root.reject("expected max_rounds of at least rounds");
+  if (config.max_rounds < config.rounds) {
+    root.reject(fmt::format("expected max_rounds of at least rounds ({}), found {}: raise max_rounds, or leave it out for three times rounds",
+                            config.rounds, config.max_rounds));
+  }
   config.hash = hash_config(path, settings);
   config.cells = expand(blocks, config);
   check_claims(config);

@@ -13,14 +13,15 @@
 //   lods: all | [0, 1]         levels of detail of random access
 //   device: TEXT               that draws: an index or a part of a name or type ('list devices'); default: the renderer's choice
 //   matrix:                    a list of blocks; the cells are the union of their products
-//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4, exchange_axes: 1},
+//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4, exchange_axes: 1,
+//                   axes: zyx, allow_external: true},      the last two of files, in place of what the catalogue says of them
 //                  {generator: KIND, extent: [x, y, z], seed: 1, parameters: {..}, name: NAME}]
 //       codecs: all | lossless | lossy | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies the cells
 //       stages: [encode, decode, random-access, render]
 //       threads: [1, all]      default [1]; not of the stage render
 //       of the stage render:
 //       steps: [0, 1, 2, 3]    progressive steps of lossy codecs that are drawn, the last of them the whole; default: the whole
-//       scenes: [NAME]         files of configs/scenes, or paths                caches: all | [none, voxel, ...]   'list caches'
+//       scenes: [NAME]         files of configs/scenes, or paths from here      caches: all | [none, voxel, ...]   'list caches'
 //       shadings: [local, shadow, ao]      default: the scene's own             cache_mib: 256 or a list
 //       lod_bias: 0 or a list  default: the scene's own                         ao_samples: 1 or a list; frames a camera, averaged
 //       size: [W, H]   frames: N           default: the scene's own             brick: 32, of codecs without bricks of their own

@@ -25,7 +25,6 @@ using volumes::VolumeSource;
 
 namespace {
 
-constexpr std::string_view kDataVariable = "${CVRBENCH_DATA}";
 /// Files beyond this are identified by size, time stamp and their first and last bytes: reading them takes
 /// minutes.
 constexpr std::uint64_t kWholeHashLimit = std::uint64_t{8} << 30;
@@ -160,7 +159,9 @@ Location locate_file(const Dataset& dataset, const std::string& path) {
     }
     Location location;
     location.path = path;
-    location.info = volumes::open_volume(path, dataset.kind)->info();
+    location.axes = dataset.axes;
+    location.allow_external = dataset.allow_external;
+    location.info = volumes::open_volume(path, {dataset.kind, dataset.axes, dataset.allow_external})->info();
     const auto shape = [](const Extent& step, std::uint64_t steps, volumes::VoxelType type) {
       return fmt::format("{}{} {}", to_string(step), steps == 1 ? "" : fmt::format(" in {} time steps", steps),
                          name_of(type));
@@ -171,8 +172,10 @@ Location locate_file(const Dataset& dataset, const std::string& path) {
     if (found != described)
       return missing(fmt::format("{} holds {}, its description says {}", path, found, described));
     location.info.kind = dataset.kind;
-    location.identity =
-        identify(fmt::format("{} {} {}", hash, path.substr(file.size()), name_of(dataset.kind)));
+    std::string named = fmt::format("{} {} {}", hash, path.substr(file.size()), name_of(dataset.kind));
+    if (!dataset.axes.empty()) named += " axes=" + dataset.axes;
+    if (dataset.allow_external) named += " allow_external";
+    location.identity = identify(named);
     location.present = true;
     return location;
   } catch (const std::exception& error) {
@@ -182,19 +185,31 @@ Location locate_file(const Dataset& dataset, const std::string& path) {
 
 Extent exchange(const Extent& e) { return {e.z, e.y, e.x}; }
 
+/// Extent, voxel size and offset, each (z, y, x); what was time lies along x then.
+void exchange_axes_of(VolumeInfo& info) {
+  info.extent = exchange(info.extent);
+  std::swap(info.voxel_size[0], info.voxel_size[2]);
+  std::swap(info.offset[0], info.offset[2]);
+  info.time_steps = 1;
+}
+
 /// The voxels of another source in the same order, said to be of extent (Z, Y, X).
 class ExchangedSource final : public VolumeSource {
  public:
-  explicit ExchangedSource(const VolumeSource& source) : volume_(volumes::read_all(source)) {
-    volume_.info().extent = exchange(volume_.extent());
-    volume_.info().time_steps = 1;
+  explicit ExchangedSource(const VolumeSource& source)
+      : volume_(volumes::read_all(source)), provenance_(source.provenance()), files_(source.files()) {
+    exchange_axes_of(volume_.info());
   }
   const VolumeInfo& info() const override { return volume_.info(); }
   void read(const Box& box, std::byte* out) const override { volumes::MemorySource(volume_).read(box, out); }
   const std::byte* data() const override { return volume_.data(); }
+  volumes::Provenance provenance() const override { return provenance_; }
+  std::vector<std::string> files() const override { return files_; }
 
  private:
   volumes::Volume volume_;
+  volumes::Provenance provenance_;
+  std::vector<std::string> files_;
 };
 
 /// Distinct labels of a label volume, 0 of scalars.
@@ -226,6 +241,23 @@ std::string hash_voxels(const VolumeSource& source) {
 
 }  // namespace
 
+bool are_axes(const std::string& text) {
+  for (const char required : {'x', 'y', 'z'}) {
+    if (text.find(required) == std::string::npos) return false;
+  }
+  return std::ranges::all_of(text, [&](char c) {
+    return std::string_view("tzyxc").find(c) != std::string_view::npos && std::ranges::count(text, c) == 1;
+  });
+}
+
+bool is_too_large(const Extent& extent, std::uint64_t time_steps) {
+  std::uint64_t voxels = 1;
+  for (const std::uint64_t factor : {extent.x, extent.y, extent.z, time_steps}) {
+    if (__builtin_mul_overflow(voxels, factor, &voxels)) return true;
+  }
+  return voxels > kMostVoxels;
+}
+
 Location locate_in_order(const Dataset& dataset, const Places& places) {
   std::string path = dataset.file;
   std::string reason;
@@ -245,8 +277,7 @@ Location locate(const Dataset& dataset, const Places& places) {
   Location location = locate_in_order(dataset, places);
   if (!location.present || !dataset.exchange_axes) return location;
   location.exchanged = true;
-  location.info.extent = exchange(location.info.extent);
-  location.info.time_steps = 1;  // what was time lies along x now
+  exchange_axes_of(location.info);
   location.identity = identify("exchanged axes " + location.identity);
   location.label = location.label.empty() ? "misread (axes exchanged on purpose)"
                                           : location.label + ", axes exchanged on purpose";
@@ -260,7 +291,7 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
     in_order.info.extent = exchange(location.info.extent);
     return std::make_unique<ExchangedSource>(*open_location(in_order, threads));
   }
-  if (!location.path.empty()) return volumes::open_volume(location.path, location.info.kind);
+  if (!location.path.empty()) return volumes::open_volume(location.path, {location.info.kind, location.axes, location.allow_external});
   return volumes::make_generator(location.generator->kind, location.info.step_extent(), location.generator->seed,
                                  location.generator->parameters, threads);
 }

@@ -12,11 +12,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "volumes/source.hpp"
 
 namespace cvr::experiments {
+
+inline constexpr std::string_view kDataVariable = "${CVRBENCH_DATA}";  ///< stands for Places::data at the beginning of Dataset::file
 
 struct GeneratorChoice {
   std::string kind;
@@ -41,10 +44,20 @@ struct Dataset {
   double scale = 1;                   ///< edge of the generated volume / edge in full
   std::uint32_t bytes_per_voxel = 0;  ///< of the published accounting; 0: that of the stored type
   bool exchange_axes = false;         ///< read the voxels as if x and z were exchanged, a mistake made on purpose
+  std::string axes;                   ///< of the file, as volumes::OpenOptions has them; empty: as the file says
+  bool allow_external = false;        ///< read files that the volume names outside its own folder
 
   /// max(1, round(extent * scale)).
   volumes::Extent generated_extent() const;
 };
+
+/// Whether a text names axes in an order: x, y and z, perhaps t and c, each once.
+bool are_axes(const std::string& text);
+inline constexpr const char* kAxesExplained = "the letters x, y, z and where there are such axes t and c, each once, for instance zyx";
+
+/// Whether an extent and what lies on top of it has more voxels than kMostVoxels, without overflow.
+bool is_too_large(const volumes::Extent& extent, std::uint64_t time_steps = 1);
+inline constexpr std::uint64_t kMostVoxels = std::uint64_t{1} << 48;
 
 class Catalogue {
  public:
@@ -71,6 +84,8 @@ struct Location {
   bool present = false;
   std::string missing;  ///< the reason if not present
   std::string path;     ///< volume file; empty: generated
+  std::string axes;             ///< of the file, as the data set has them
+  bool allow_external = false;
   std::optional<GeneratorChoice> generator;
   volumes::VolumeInfo info;
   bool exchanged = false;  ///< info.extent is (Z, Y, X) of the source; the voxels lie in memory as before

@@ -87,8 +87,8 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, 
     PlannedCell planned;
     planned.cell = cell;
     const std::string place =
-        fmt::format("{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
-                    cell.dataset->exchange_axes);
+        fmt::format("{}|{}|{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
+                    cell.dataset->exchange_axes, cell.dataset->axes, cell.dataset->allow_external);
     auto& location = locations[place];
     if (!location) location = std::make_shared<Location>(locate(*cell.dataset, places));
     planned.location = location;

@@ -57,13 +57,14 @@ std::uint32_t read_count(const YamlValue& value, std::uint32_t minimum, std::uin
 
 }  // namespace
 
-std::vector<YamlValue::Field> RenderAxes::fields() {
+std::vector<YamlValue::Field> RenderAxes::fields(const std::string& config_path) {
+  const std::string folder = std::filesystem::path(config_path).parent_path().string();
   const std::vector<YamlValue::Field> plain{
       {"scenes",
-       [this](const YamlValue& v) {
+       [this, folder](const YamlValue& v) {
          for (const YamlValue& one : v.list("scenes")) {
            try {
-             const std::string path = find_scene(one.text("the name of a scene, or of its file"));
+             const std::string path = find_scene(one.text("the name of a scene, or of its file"), folder);
              scenes_.push_back({one.text(), std::filesystem::absolute(path).string(), hash_of_file(path),
                                 load_scene(path)});
            } catch (const InputError& error) {

@@ -186,14 +186,17 @@ gpu::Scene load_scene(const std::string& path) {
   return scene;
 }
 
-std::string find_scene(const std::string& name_or_path) {
+std::string find_scene(const std::string& name_or_path, const std::string& folder) {
   std::error_code error;
-  if (fs::is_regular_file(name_or_path, error)) return name_or_path;
+  const fs::path file = fs::path(folder) / name_or_path;
+  if (!name_or_path.empty() && fs::is_regular_file(file, error)) return file.string();
+  if (fs::is_directory(file, error) && !name_or_path.empty())
+    throw InputError(fmt::format("{}: expected a scene file, found a folder", file.string()));
   std::vector<std::string> names;
-  for (const fs::path& folder : scene_folders()) {
-    const fs::path path = folder / (name_or_path + ".yaml");
+  for (const fs::path& known : scene_folders()) {
+    const fs::path path = known / (name_or_path + ".yaml");
     if (fs::is_regular_file(path, error)) return path.string();
-    for (const auto& entry : fs::directory_iterator(folder, error)) {
+    for (const auto& entry : fs::directory_iterator(known, error)) {
       if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
     }
   }

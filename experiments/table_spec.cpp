@@ -11,7 +11,7 @@
 
 namespace cvr::experiments {
 
-std::string read_line_label(const YamlValue& value) {
+std::vector<std::string> line_labels() {
   std::vector<std::string> labels{"dataset", "extent", "type", "kind", "codec", "parameters", "threads"};
   for (const std::string_view label : kRenderLabels) labels.emplace_back(label);
   for (const codecs::Codec* codec : codecs::all_codecs()) {
@@ -19,6 +19,11 @@ std::string read_line_label(const YamlValue& value) {
       if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
     }
   }
+  return labels;
+}
+
+std::string read_line_label(const YamlValue& value) {
+  const std::vector<std::string> labels = line_labels();
   const std::string label = value.text("a label");
   if (std::ranges::find(labels, label) == labels.end()) {
     value.expected(fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
@@ -47,7 +52,7 @@ PublishedPlace read_published_place(const YamlValue& value, const std::string& c
                  [&](const YamlValue& f) {
                    const auto beside = std::filesystem::path(config_path).parent_path() / f.text("a path");
                    place.file = beside.lexically_normal().string();
-                   if (!std::filesystem::exists(place.file)) f.expected("a file at " + place.file);
+                   if (!std::filesystem::is_regular_file(place.file)) f.expected("a file at " + place.file);
                  },
                  true},
                 {"table", [&](const YamlValue& f) { place.table = f.text("a name"); }, true}});
@@ -92,8 +97,11 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
        {"published", [&](const YamlValue& v) { table.published = read_published_place(v, config_path); }}});
   if (const int kinds = (table.columns.empty() ? 0 : 1) + (table.pivot ? 1 : 0) + (table.bd_reference.empty() ? 0 : 1); kinds != 1)
     value.reject(fmt::format("expected one of the keys columns, pivot and bd_psnr, found {}", kinds == 0 ? "none" : "several"));
-  if (table.name.find('/') != std::string::npos)
-    value.reject("expected a table name without '/', found " + table.name);
+  constexpr std::size_t kLongestName = 100;  // of a file, with its ending
+  if (table.name.empty() || table.name.starts_with('.') || table.name.size() > kLongestName || table.name.find('/') != std::string::npos) {
+    value.reject(fmt::format("expected a table name of 1..{} bytes that names a file, without '/' and a '.' in front, found '{}'", kLongestName,
+                             table.name));
+  }
   return table;
 }
 

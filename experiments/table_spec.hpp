@@ -9,6 +9,8 @@
 
 namespace cvr::experiments {
 
+/// All labels of table lines, those of pictures and the parameters of all codecs among them.
+std::vector<std::string> line_labels();
 /// One of the labels of table lines; a parameter of any codec is one. Throws InputError.
 std::string read_line_label(const YamlValue& value);
 /// The name of a metric. Throws InputError.

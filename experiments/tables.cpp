@@ -8,11 +8,13 @@
 #include <map>
 #include <set>
 
+#include "experiments/escaping.hpp"
 #include "experiments/metrics.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/published.hpp"
 #include "experiments/render_metrics.hpp"
 #include "experiments/table_lines.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {
 
@@ -30,7 +32,7 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::stri
       const std::string status = row->value("status", "");
       if (status == kOk) continue;
       const std::string reason =
-          fmt::format("{} {}: {}", name_of(stage), status, row->value("reason", "no reason given"));
+          escape_markdown(fmt::format("{} {}: {}", name_of(stage), status, row->value("reason", "no reason given")), false);
       auto& who = reasons[reason];
       std::string name = status == kDataMissing ? line.cell->dataset->name : line.cell->codec;
       if (line.cell->render && status != kDataMissing) name += " " + line.cell->render->access;
@@ -38,7 +40,7 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::stri
     }
   }
   for (const auto& [reason, who] : reasons)
-    notes.push_back(fmt::format("{} ({})", reason, fmt::join(who, ", ")));
+    notes.push_back(fmt::format("{} ({})", reason, escape_markdown(fmt::format("{}", fmt::join(who, ", ")), false)));
   if (not_run > 0) notes.push_back(fmt::format("{} cells have not been run.", not_run));
 }
 
@@ -63,8 +65,8 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
       if (!label.empty()) add_once(labels, fmt::format("{} is a {} volume", line.cell->dataset->name, label));
     }
   }
-  for (const std::string& machine : machines) notes.push_back("Measured on: " + machine + ".");
-  for (const std::string& device : devices) notes.push_back("Drawn on: " + device + ".");
+  for (const std::string& machine : machines) notes.push_back("Measured on: " + escape_markdown(machine, false) + ".");
+  for (const std::string& device : devices) notes.push_back("Drawn on: " + escape_markdown(device, false) + ".");
   if (software) {
     notes.push_back(
         "A software device draws on the processor: these are CPU times, not comparable with those of a GPU. "
@@ -76,7 +78,7 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<std::stri
       label = label.substr(0, label.size() - std::string_view(" volume").size());
       label += " voxels: a generated volume, its rates are not those of the original";
     }
-    notes.push_back(label + ".");
+    notes.push_back(escape_markdown(label, false) + ".");
   }
 }
 
@@ -88,7 +90,7 @@ std::string explain_columns(const TableSpec& spec) {
         "Columns: **points** of the curve of PSNR over bits a voxel; **bits/voxel** and **PSNR dB** their ranges; **BD-PSNR dB** mean "
         "difference to the curve of {} over the logarithm of the rates that both have (Bjontegaard, with monotone cubics); **over** "
         "those rates.",
-        spec.bd_reference);
+        escape_markdown(spec.bd_reference, false));
   }
   if (spec.pivot) {
     const Metric* metric = find_metric(spec.pivot->metric);
@@ -106,35 +108,23 @@ std::string explain_columns(const TableSpec& spec) {
   return text + ".";
 }
 
-std::string escape_latex(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (std::string_view("%_#&${}").find(c) != std::string_view::npos) escaped += '\\';
-    if (c == '~' || c == '^' || c == '\\') {
-      escaped += c == '~' ? "\\textasciitilde{}" : c == '^' ? "\\textasciicircum{}" : "\\textbackslash{}";
-      continue;
-    }
-    escaped += c;
-  }
+std::vector<std::string> escaped_for_markdown(const std::vector<std::string>& cells) {
+  std::vector<std::string> escaped;
+  for (const std::string& cell : cells) escaped.push_back(escape_markdown(cell));
   return escaped;
 }
 
-std::string quote_csv(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted(1, '"');
-  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
-  quoted += '"';
-  return quoted;
-}
-
 std::string render_markdown(const Table& table) {
+  const std::vector<std::string> headings = escaped_for_markdown(table.headings);
+  std::vector<std::vector<std::string>> lines;
+  for (const auto& line : table.lines) lines.push_back(escaped_for_markdown(line));
   std::vector<std::size_t> widths;
-  for (std::size_t c = 0; c < table.headings.size(); ++c) {
-    std::size_t width = std::max<std::size_t>(3, table.headings[c].size());
-    for (const auto& line : table.lines) width = std::max(width, line[c].size());
+  for (std::size_t c = 0; c < headings.size(); ++c) {
+    std::size_t width = std::max<std::size_t>(3, headings[c].size());
+    for (const auto& line : lines) width = std::max(width, line[c].size());
     widths.push_back(width);
   }
-  std::string text = fmt::format("### {}\n\n", table.title);
+  std::string text = fmt::format("### {}\n\n", escape_markdown(table.title, false));
   const auto add_line = [&](const std::vector<std::string>& cells) {
     for (std::size_t c = 0; c < cells.size(); ++c) {
       text += c < table.labels ? fmt::format("| {:<{}} ", cells[c], widths[c])
@@ -142,22 +132,22 @@ std::string render_markdown(const Table& table) {
     }
     text += "|\n";
   };
-  add_line(table.headings);
+  add_line(headings);
   for (std::size_t c = 0; c < widths.size(); ++c) {
     const std::string dashes(widths[c] + 1, '-');
     text += c < table.labels ? fmt::format("|:{}", dashes) : fmt::format("|{}:", dashes);
   }
   text += "|\n";
-  for (const auto& line : table.lines) add_line(line);
+  for (const auto& line : lines) add_line(line);
   if (!table.notes.empty()) text += "\n";
-  for (const std::string& note : table.notes) text += fmt::format("- {}\n", note);
+  for (const std::string& note : table.notes) text += fmt::format("- {}\n", volumes::printable(note));
   return text;
 }
 
 std::string render_csv(const Table& table) {
   std::string text;
   const auto add_line = [&text](const std::vector<std::string>& cells) {
-    for (std::size_t c = 0; c < cells.size(); ++c) text.append(c == 0 ? "" : ",").append(quote_csv(cells[c]));
+    for (std::size_t c = 0; c < cells.size(); ++c) text.append(c == 0 ? "" : ",").append(escape_csv(cells[c]));
     text += "\n";
   };
   add_line(table.headings);
@@ -168,7 +158,7 @@ std::string render_csv(const Table& table) {
 std::string render_latex(const Table& table) {
   std::string columns(table.labels, 'l');
   columns.append(table.headings.size() - table.labels, 'r');
-  std::string text = fmt::format("% {}\n\\begin{{tabular}}{{{}}}\n\\hline\n", table.title, columns);
+  std::string text = fmt::format("% {}\n\\begin{{tabular}}{{{}}}\n\\hline\n", volumes::printable(table.title), columns);
   const auto add_line = [&text](const std::vector<std::string>& cells) {
     for (std::size_t c = 0; c < cells.size(); ++c)
       text.append(c == 0 ? "" : " & ").append(escape_latex(cells[c]));
@@ -178,7 +168,7 @@ std::string render_latex(const Table& table) {
   text += "\\hline\n";
   for (const auto& line : table.lines) add_line(line);
   text += "\\hline\n\\end{tabular}\n";
-  for (const std::string& note : table.notes) text += fmt::format("% {}\n", note);
+  for (const std::string& note : table.notes) text += fmt::format("% {}\n", volumes::printable(note));
   return text;
 }
 
@@ -312,14 +302,14 @@ void fill_curves(const TableSpec& spec, const std::vector<TableLine>& lines, Tab
         curves, [&](const Curve& c) { return c.dataset == curve.dataset && c.name == spec.bd_reference; });
     if (reference == curves.end()) {
       cells.insert(cells.end(), {"", ""});
-      const std::string note = fmt::format("{} has no curve '{}' to compare with.", curve.dataset, spec.bd_reference);
+      const std::string note = escape_markdown(fmt::format("{} has no curve '{}' to compare with.", curve.dataset, spec.bd_reference), false);
       if (std::ranges::find(table.notes, note) == table.notes.end()) table.notes.push_back(note);
     } else if (const auto found = bd_psnr(reference->points, curve.points)) {
       cells.push_back(fmt::format("{:+.2f}", found->db));
       cells.push_back(fmt::format("{:.3f} .. {:.3f}", found->least_bits, found->largest_bits));
     } else {
       cells.insert(cells.end(), {"", ""});
-      table.notes.push_back(fmt::format("{} {}: {}.", curve.dataset, curve.name, found.error().message));
+      table.notes.push_back(escape_markdown(fmt::format("{} {}: {}.", curve.dataset, curve.name, found.error().message), false));
     }
     table.lines.push_back(std::move(cells));
   }
@@ -352,8 +342,8 @@ Table make_table(const TableSpec& spec, const Config& config, const std::vector<
   add_origin_notes(lines, table.notes);
   if (published) {
     table.notes.push_back(
-        fmt::format("Published: {}; {}.{}", published->citation, published->title,
-                    published->hardware.empty() ? "" : " Times there: " + published->hardware + "."));
+        fmt::format("Published: {}; {}.{}", escape_markdown(published->citation, false), escape_markdown(published->title, false),
+                    published->hardware.empty() ? "" : " Times there: " + escape_markdown(published->hardware, false) + "."));
   }
   add_status_notes(lines, table.notes);
   return table;

@@ -54,7 +54,7 @@ SETTINGS = {
     "ytick.color": INK, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": GREY,
     "grid.alpha": 0.3, "grid.linewidth": 0.4, "lines.linewidth": 1.1, "lines.markersize": 4, "figure.facecolor": "none",
     "axes.facecolor": "none", "savefig.facecolor": "none", "svg.fonttype": "none", "svg.hashsalt": "cvrbench", "pdf.fonttype": 42,
-    "legend.frameon": False, "axes.axisbelow": True, "figure.constrained_layout.use": True,
+    "text.parse_math": False, "legend.frameon": False, "axes.axisbelow": True, "figure.constrained_layout.use": True,
 }
 matplotlib.rcParams.update(SETTINGS)
 

@@ -3,7 +3,7 @@
 
     report.py --results DIR [--results DIR ...] -o report.html [--figures DIR] [--title TEXT] [--program CVRBENCH --store DIR]
 
-The page loads nothing from anywhere. Equal results give equal bytes. Exit codes: 0 ok, 2 usage or input, 3 environment.
+The page loads nothing from anywhere. Equal results give equal bytes. Exit codes: 0 ok, 1 where no row is ok, 2 usage or input, 3 environment.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from tables import Cell, Table
 
 HERE = Path(__file__).resolve().parent
 MOST_OPEN = 12  # panels of a figure that are not folded
-EXIT_OK, EXIT_USAGE, EXIT_ENVIRONMENT = 0, 2, 3
+EXIT_OK, EXIT_NOTHING, EXIT_USAGE, EXIT_ENVIRONMENT = 0, 1, 2, 3
 
 
 def claim_groups(claims: Sequence[Claim]) -> Table:
@@ -164,11 +164,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if choices.figures is not None:
             choices.figures.mkdir(parents=True, exist_ok=True)
         steps, history_note = ask_history(choices.program, choices.store)
-        page = build_page(load(folders), folders, choices.title, choices.figures, steps, history_note)
+        results = load(folders)
+        page = build_page(results, folders, choices.title, choices.figures, steps, history_note)
         write_whole(choices.output, page)
     except OSError as error:
         print(f"report.py: {error}", file=sys.stderr)
         return EXIT_ENVIRONMENT
+    if not any(row.ok for row in results.rows):
+        print("report.py: nothing was measured: no row of these folders is ok, and the page says why", file=sys.stderr)
+        return EXIT_NOTHING
     return EXIT_OK
 
 

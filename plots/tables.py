@@ -50,7 +50,7 @@ def leading_number(text: str) -> float | None:
 
 def plain(markdown: str) -> str:
     """Markdown as the harness writes it, without its marks."""
-    return re.sub(r"\*\*|`", "", markdown).replace("\\|", "|").replace("\\*", "*")
+    return re.sub(r"\\([!-/:-@\[-`{-~])|\*\*|`", lambda mark: mark.group(1) or "", markdown)
 
 
 def read_table(csv_path: Path) -> Table | None:

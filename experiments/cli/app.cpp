@@ -12,8 +12,8 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/standard_output.hpp"
 #include "experiments/worker_process.hpp"
-#include "experiments/yaml_reader.hpp"
 #include "gpu/vulkan/device.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -21,8 +21,8 @@ namespace {
 
 int complain(int exit_code, const std::string& text) {
   std::string line = text;
-  for (char& c : line) c = c == '\n' ? ' ' : c;
-  fmt::print(stderr, "cvrbench: {}\n", line);
+  for (char& c : line) c = c == '\n' ? ' ' : c;  // of messages of several lines
+  fmt::print(stderr, "cvrbench: {}\n", volumes::printable(line));
   return exit_code;
 }
 
@@ -35,7 +35,7 @@ std::string expected_command(const CLI::App& app, int argc, char** argv) {
   const std::string found = argc > 1 ? argv[1] : "";
   return fmt::format("expected one of the commands {}, found {}{} (see cvrbench --help)",
                      fmt::join(names, ", "), found.empty() ? "none" : "'" + found + "'",
-                     did_you_mean(found, names));
+                     volumes::did_you_mean(found, names));
 }
 
 /// Help and version, whose texts the parser makes.
@@ -53,8 +53,8 @@ int run_command(int argc, char** argv, const Environment& environment, std::erro
                        fmt::format("cvrbench {} ({})", build_info::kVersion, build_info::kRevision));
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 ok, 1 a check failed, 2 usage or configuration, 3 environment. Rates are percent of the "
-      "original's bytes.");
+      "Exit codes: 0 ok; 1 a check or a regression failed, every cell failed, or nothing could be judged; 2 usage, configuration or "
+      "input; 3 environment: data, device, disk or memory are missing. Rates are percent of the original's bytes.");
   int exit_code = kExitOk;
   add_run_commands(app, environment, exit_code);
   add_tracking_commands(app, environment, exit_code);
@@ -88,6 +88,8 @@ int run_command(int argc, char** argv, const Environment& environment, std::erro
     return complain(kExitEnvironment, error.what());
   } catch (const gpu::DeviceError& error) {
     return complain(kExitEnvironment, error.what());
+  } catch (const Row::exception& error) {
+    return complain(kExitUsage, fmt::format("expected rows, figures or floors as this program writes them, found: {}", error.what()));
   } catch (const std::system_error& error) {
     if (std::ferror(stdout) != 0) {
       lost = error.code();

@@ -4,12 +4,14 @@
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
+#include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/io/io.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -22,7 +24,8 @@ std::vector<std::string> codec_ids() {
 }
 
 struct EncodeOptions {
-  std::string in, out, codec, kind;
+  std::string in, out, codec;
+  VolumeChoices volume;
   std::vector<std::string> parameters;
   unsigned threads = 1;
   std::uint32_t bytes_per_voxel = 0;
@@ -33,7 +36,7 @@ void report_encoding(const Row& report) {
   fmt::print(
       "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits a voxel), published accounting {} bytes, {:.3f} %; "
       "{:.3f} s\n",
-      report["file"].get<std::string>(), report["bytes"].get<std::uint64_t>(), report["rate"].get<double>(),
+      volumes::printable(report["file"].get<std::string>()), report["bytes"].get<std::uint64_t>(), report["rate"].get<double>(),
       report["original_bytes"].get<std::uint64_t>(), report["bits_per_voxel"].get<double>(),
       report["published_bytes"].get<std::uint64_t>(), report["published_rate"].get<double>(),
       report["seconds"].get<double>());
@@ -44,9 +47,7 @@ void report_encoding(const Row& report) {
 
 void encode(const EncodeOptions& options) {
   const auto [codec, parameters] = parse_codec(options.codec, options.parameters);
-  std::optional<volumes::VolumeKind> kind;
-  if (!options.kind.empty()) kind = volumes::volume_kind_from_name(options.kind);
-  const auto opened = volumes::open_volume(options.in, kind);
+  const auto opened = volumes::open_volume(options.in, options.volume.options());
   volumes::refuse_to_replace({options.out}, opened->files());
   volumes::check_output(options.out);
   // The time is that of the work on memory, so the file is read first.
@@ -105,7 +106,7 @@ int validate(const ValidateOptions& options) {
   for (const std::string& path : options.files) {
     const volumes::Buffer bytes = read_file(path);
     const auto valid = codecs::validate(bytes.bytes(), options.threads);
-    fmt::print("{}: {}\n", path, valid ? "valid" : valid.error().message);
+    fmt::print("{}: {}\n", volumes::printable(path), valid ? "valid" : volumes::printable(valid.error().message));
     if (!valid) exit_code = kExitCheckFailed;
   }
   return exit_code;
@@ -133,17 +134,16 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
   encoding->add_option("in", e->in, "volume file")->required();
   encoding->add_option("-o", e->out, "encoded file to write")->required();
   encoding->add_option("--codec", e->codec, "id of the codec ('list codecs')")->required();
-  encoding->add_option("-p", e->parameters, "NAME=VALUE, a parameter of the codec");
+  encoding->add_option("-p", e->parameters, "NAME=VALUE, a parameter of the codec")->allow_extra_args(false);
   encoding->add_option("--threads", e->threads, "threads; the bytes do not depend on it")
-      ->check(CLI::Range(1, 4096));
-  encoding->add_option("--kind", e->kind, "what the voxels are where the file does not say")
-      ->check(CLI::IsMember({"labels", "scalars"}));
+      ->check(integer_in(1, kMostThreads));
+  add_volume_choices(*encoding, e->volume);
   encoding
       ->add_option("--bytes-per-voxel", e->bytes_per_voxel,
                    "of the original in published_rate: the smallest of 1, 2, 4 that can number the labels is "
                    "the papers' accounting "
                    "(default: the stored type)")
-      ->check(CLI::Range(1, 8));
+      ->check(integer_in(1, 8));
   encoding->add_flag("--json", e->json,
                      "one object: bytes, published_bytes, rate (percent of the original's bytes), "
                      "published_rate (percent, by the "
@@ -159,8 +159,8 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
   auto* decoding = app.add_subcommand("decode", "Decodes an encoded file into a volume file");
   decoding->add_option("file", d->in, "encoded file")->required();
   decoding->add_option("-o", d->out, "volume file to write")->required();
-  decoding->add_option("--lod", d->lod, "level of detail, 0 is the finest")->check(CLI::Range(0, 63));
-  decoding->add_option("--threads", d->threads, "threads")->check(CLI::Range(1, 4096));
+  decoding->add_option("--lod", d->lod, "level of detail, 0 is the finest")->check(integer_in(0, 63));
+  decoding->add_option("--threads", d->threads, "threads")->check(integer_in(1, kMostThreads));
   decoding->callback([d, &exit_code] {
     const InterruptWatch watch;
     decode(*d);
@@ -171,7 +171,7 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
   auto* validating = app.add_subcommand(
       "validate", "Decodes everything in encoded files and throws it away; 1 if one is broken");
   validating->add_option("files", v->files, "encoded files")->required();
-  validating->add_option("--threads", v->threads, "threads")->check(CLI::Range(1, 4096));
+  validating->add_option("--threads", v->threads, "threads")->check(integer_in(1, kMostThreads));
   validating->callback([v, &exit_code] { exit_code = validate(*v); });
 }
 

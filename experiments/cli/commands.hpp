@@ -40,6 +40,9 @@ void write_file(const std::string& path, std::span<const std::byte> bytes);
 /// One JSON value and a line end on standard output.
 void print_json(const Row& object);
 
+/// One line on standard error that says why a command that measures or judges has nothing to show. Returns the exit code.
+int end_with_nothing(int exit_code, const std::string& why);
+
 /// "FILE: message" as an InputError.
 [[noreturn]] void fail_on_file(const std::string& path, const volumes::Error& error);
 

@@ -1,40 +1,44 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "experiments/cli/commands.hpp"
 #include "experiments/project_folders.hpp"
 #include "volumes/io/file.hpp"
+#include "volumes/number_text.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
 namespace fs = std::filesystem;
 
 volumes::Extent parse_extent(const std::string& text) {
-  std::array<std::uint64_t, 3> axes{};
-  const char* at = text.data();
-  const char* end = text.data() + text.size();
-  bool good = true;
-  for (std::size_t a = 0; a < 3 && good; ++a) {
-    const auto [next, error] = std::from_chars(at, end, axes[a]);
-    good = error == std::errc{} && axes[a] >= 1 && axes[a] <= (std::uint64_t{1} << 20) &&
-           (a == 2 ? next == end : next != end && *next == ',');
-    at = next + 1;
+  constexpr std::uint64_t kMostOfAxis = std::uint64_t{1} << 20;
+  const std::size_t first = text.find(','), second = text.find(',', first + 1);
+  std::array<std::optional<std::uint64_t>, 3> axes;
+  if (first != std::string::npos && second != std::string::npos) {
+    axes = {volumes::parse_unsigned(text.substr(0, first)), volumes::parse_unsigned(text.substr(first + 1, second - first - 1)),
+            volumes::parse_unsigned(text.substr(second + 1))};
   }
-  if (!good)
-    throw volumes::InputError(
-        fmt::format("--size {}: expected X,Y,Z with each 1..1048576, found '{}'", text, text));
-  return {axes[0], axes[1], axes[2]};
+  const bool good = std::ranges::all_of(axes, [](const auto& axis) { return axis && *axis >= 1 && *axis <= kMostOfAxis; });
+  if (!good) throw volumes::InputError(fmt::format("--size: expected X,Y,Z with each 1..{}, found '{}'", kMostOfAxis, text));
+  const volumes::Extent extent{*axes[0], *axes[1], *axes[2]};
+  if (is_too_large(extent)) throw volumes::InputError(fmt::format("--size: expected at most {} voxels in all, found {}", kMostVoxels, to_string(extent)));
+  return extent;
 }
 
 volumes::Buffer read_file(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error))
     throw volumes::InputError(fmt::format("{}: expected an encoded file, found a folder", path));
+  if (fs::exists(path, error) && !fs::is_regular_file(path, error))
+    throw volumes::InputError(fmt::format("{}: expected an encoded file, found a pipe, a socket or a device", path));
   std::ifstream in(path, std::ios::binary);
   if (!in)
     throw volumes::InputError(
@@ -57,6 +61,11 @@ void write_file(const std::string& path, std::span<const std::byte> bytes) {
 
 void print_json(const Row& object) {
   fmt::print("{}\n", object.dump(2, ' ', false, Row::error_handler_t::replace));
+}
+
+int end_with_nothing(int exit_code, const std::string& why) {
+  fmt::print(stderr, "cvrbench: {}\n", volumes::printable(why));
+  return exit_code;
 }
 
 void fail_on_file(const std::string& path, const volumes::Error& error) {

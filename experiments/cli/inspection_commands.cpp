@@ -4,10 +4,12 @@
 #include <cstring>
 
 #include "codecs/container.hpp"
+#include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/error_sink.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "volumes/io/io.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -33,7 +35,7 @@ void print_plain(const Row& report, const std::string& indent = "") {
       print_plain(value, indent + "  ");
       continue;
     }
-    fmt::print("{}{}: {}\n", indent, key, value.is_string() ? value.get<std::string>() : value.dump());
+    fmt::print("{}{}: {}\n", indent, key, value.is_string() ? volumes::printable(value.get<std::string>()) : value.dump());
   }
 }
 
@@ -43,12 +45,13 @@ codecs::OpenedFile open_encoded(const std::string& path, const volumes::Buffer& 
   return std::move(*file);
 }
 
-void inspect(const std::string& path, bool json) {
+void inspect(const std::string& path, const VolumeChoices& choices, bool json) {
   Row report;
   report["file"] = path;
   if (volumes::is_volume_path(path)) {
-    add_volume_facts(volumes::open_volume(path)->info(), report);
+    add_volume_facts(volumes::open_volume(path, choices.options())->info(), report);
   } else {
+    choices.require_none(path);
     const volumes::Buffer bytes = read_file(path);
     const auto file = open_encoded(path, bytes);
     const auto decoder = codecs::open_decoder(file);
@@ -107,43 +110,49 @@ std::string voxel_text(volumes::VoxelType type, const std::byte* voxel) {
 
 struct AtOptions {
   std::string file;
-  volumes::Coordinate where;
+  std::int64_t x = 0, y = 0, z = 0;
+  VolumeChoices volume;
   unsigned lod = 0;
 };
 
-void require_inside(const volumes::Extent& extent, const volumes::Coordinate& c) {
-  if (extent.contains(c)) return;
-  throw volumes::InputError(
-      fmt::format("at {} {} {}: expected a voxel inside {}", c.x, c.y, c.z, to_string(extent)));
+/// The voxel that is asked for. Throws InputError that names the axis.
+volumes::Coordinate require_inside(const AtOptions& options, const volumes::Extent& extent) {
+  const auto one = [&](const char* axis, std::int64_t found, std::uint64_t size) {
+    const auto index = static_cast<std::uint64_t>(found);
+    if (found >= 0 && index < size) return index;
+    throw volumes::InputError(fmt::format("{}: expected {} in 0..{}, since the extent is {}, found {}", options.file, axis, size - 1,
+                                          to_string(extent), found));
+  };
+  return {one("x", options.x, extent.x), one("y", options.y, extent.y), one("z", options.z, extent.z)};
 }
 
 void at(const AtOptions& options) {
   if (volumes::is_volume_path(options.file)) {
-    const auto source = volumes::open_volume(options.file);
-    if (options.lod != 0) throw volumes::InputError("--lod: expected 0, a volume file has one level");
-    require_inside(source->info().extent, options.where);
+    const auto source = volumes::open_volume(options.file, options.volume.options());
+    if (options.lod != 0) throw volumes::InputError(fmt::format("--lod: expected 0, a volume file has one level, found {}", options.lod));
+    const volumes::Coordinate where = require_inside(options, source->info().extent);
     std::array<std::byte, 8> voxel{};
-    source->read({options.where, {1, 1, 1}}, voxel.data());
+    source->read({where, {1, 1, 1}}, voxel.data());
     return fmt::print("{}\n", voxel_text(source->info().type, voxel.data()));
   }
+  options.volume.require_none(options.file);
   const volumes::Buffer bytes = read_file(options.file);
   const auto file = open_encoded(options.file, bytes);
   const auto decoder = codecs::open_decoder(file);
   if (!decoder) fail_on_file(options.file, decoder.error());
-  require_inside(file.stream.info.extent, options.where);
+  const volumes::Coordinate where = require_inside(options, file.stream.info.extent);
   if (options.lod >= (*decoder)->levels()) {
     throw volumes::InputError(
         fmt::format("--lod: expected 0..{}, found {}", (*decoder)->levels() - 1, options.lod));
   }
   if (const codecs::VoxelAccess* access = (*decoder)->voxel_access(); access != nullptr) {
     std::uint64_t bits = 0;
-    const auto found = access->at({&options.where, 1}, options.lod, {&bits, 1});
+    const auto found = access->at({&where, 1}, options.lod, {&bits, 1});
     if (!found) fail_on_file(options.file, found.error());
     return fmt::print("{}\n", voxel_text(file.stream.info.type, std::as_bytes(std::span(&bits, 1)).data()));
   }
   const volumes::VolumeInfo level = codecs::level_info(file.stream.info, options.lod);
-  PickSink sink(level, {options.where.x >> options.lod, options.where.y >> options.lod,
-                        options.where.z >> options.lod});
+  PickSink sink(level, {where.x >> options.lod, where.y >> options.lod, where.z >> options.lod});
   if (const auto done = (*decoder)->decode(options.lod, 1, sink); !done)
     fail_on_file(options.file, done.error());
   fmt::print("{}\n", voxel_text(level.type, sink.value()));
@@ -159,8 +168,16 @@ void pass_on(const volumes::VolumeSource& source, volumes::SlabSink& sink) {
   }
 }
 
-int measure_error(const std::string& original, const std::string& path, unsigned threads, bool json) {
-  const auto truth = volumes::open_volume(original);
+struct ErrorOptions {
+  std::string original, file, file_axes;
+  VolumeChoices volume;
+  unsigned threads = 1;
+  bool json = false;
+};
+
+int measure_error(const ErrorOptions& options) {
+  const std::string &original = options.original, &path = options.file;
+  const auto truth = volumes::open_volume(original, options.volume.options());
   const auto require_same_shape = [&](const volumes::VolumeInfo& other) {
     const volumes::VolumeInfo& info = truth->info();
     const auto shape = [](const volumes::VolumeInfo& of) {
@@ -171,10 +188,13 @@ int measure_error(const std::string& original, const std::string& path, unsigned
     throw volumes::InputError(
         fmt::format("{}: expected {} as in {}, found {}", path, shape(info), original, shape(other)));
   };
-  ErrorSink sink(*truth, threads);
+  ErrorSink sink(*truth, options.threads);
   bool lossless = truth->info().kind == volumes::VolumeKind::kLabels;
   if (volumes::is_volume_path(path)) {
-    const auto other = volumes::open_volume(path);
+    volumes::OpenOptions how = options.volume.options();
+    how.axes = options.file_axes;
+    if (!how.kind) how.kind = truth->info().kind;
+    const auto other = volumes::open_volume(path, how);
     require_same_shape(other->info());
     pass_on(*other, sink);
   } else {
@@ -184,25 +204,20 @@ int measure_error(const std::string& original, const std::string& path, unsigned
     lossless = file.codec->traits().lossless;
     const auto decoder = codecs::open_decoder(file);
     if (!decoder) fail_on_file(path, decoder.error());
-    if (const auto done = (*decoder)->decode(0, threads, sink); !done) fail_on_file(path, done.error());
+    if (const auto done = (*decoder)->decode(0, options.threads, sink); !done) fail_on_file(path, done.error());
   }
   Row report;
   report["voxels_compared"] = sink.compared();
   report["mismatches"] = sink.mismatches();
   report["exact"] = sink.mismatches() == 0;
   if (truth->info().kind == volumes::VolumeKind::kScalars) report.update(describe_errors(sink));
-  json ? print_json(report) : print_plain(report);
+  options.json ? print_json(report) : print_plain(report);
   return lossless && sink.mismatches() > 0 ? kExitCheckFailed : kExitOk;
 }
 
-struct ErrorOptions {
-  std::string original, file;
-  unsigned threads = 1;
-  bool json = false;
-};
-
 struct InspectOptions {
   std::string file;
+  VolumeChoices volume;
   bool json = false;
 };
 
@@ -212,21 +227,23 @@ void add_inspection_commands(CLI::App& app, int& exit_code) {
   auto i = std::make_shared<InspectOptions>();
   auto* inspecting = app.add_subcommand("inspect", "Tells what an encoded file (or a volume file) is");
   inspecting->add_option("file", i->file, "encoded or volume file")->required();
+  add_volume_choices(*inspecting, i->volume);
   inspecting->add_flag(
       "--json", i->json,
       "one object: codec, version, parameters, extent, type, bytes, rate in percent, breakdown, ...");
   inspecting->callback([i, &exit_code] {
-    inspect(i->file, i->json);
+    inspect(i->file, i->volume, i->json);
     exit_code = kExitOk;
   });
 
   auto a = std::make_shared<AtOptions>();
   auto* single = app.add_subcommand("at", "Prints one voxel; coordinates are those of the finest level");
   single->add_option("file", a->file, "encoded or volume file")->required();
-  single->add_option("x", a->where.x, "x")->required();
-  single->add_option("y", a->where.y, "y")->required();
-  single->add_option("z", a->where.z, "z")->required();
-  single->add_option("--lod", a->lod, "level of detail, 0 is the finest")->check(CLI::Range(0, 63));
+  single->add_option("x", a->x, "x")->required()->check(signed_integer());
+  single->add_option("y", a->y, "y")->required()->check(signed_integer());
+  single->add_option("z", a->z, "z")->required()->check(signed_integer());
+  single->add_option("--lod", a->lod, "level of detail, 0 is the finest")->check(integer_in(0, 63));
+  add_volume_choices(*single, a->volume);
   single->callback([a, &exit_code] {
     at(*a);
     exit_code = kExitOk;
@@ -239,9 +256,11 @@ void add_inspection_commands(CLI::App& app, int& exit_code) {
       "PSNR and errors, over all voxels and over the 5 % of steepest gradient. 1 where labels or a lossless codec's voxels differ");
   error->add_option("in", e->original, "the original, a volume file")->required();
   error->add_option("file", e->file, "encoded or volume file")->required();
-  error->add_option("--threads", e->threads, "threads")->check(CLI::Range(1, 4096));
+  error->add_option("--threads", e->threads, "threads")->check(integer_in(1, kMostThreads));
+  add_volume_choices(*error, e->volume);
+  add_axes_option(*error, "--file-axes", e->file_axes, "as --axes, of the second volume; --axes is about the original");
   error->add_flag("--json", e->json, "one object");
-  error->callback([e, &exit_code] { exit_code = measure_error(e->original, e->file, e->threads, e->json); });
+  error->callback([e, &exit_code] { exit_code = measure_error(*e); });
 }
 
 }  // namespace cvr::experiments::cli

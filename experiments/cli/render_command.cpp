@@ -3,13 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <thread>
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
+#include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/scene_file.hpp"
@@ -22,6 +22,7 @@
 #include "gpu/scalars/renderer.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/io/io.hpp"
+#include "volumes/number_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -32,6 +33,7 @@ namespace fs = std::filesystem;
 struct RenderCommand {
   std::string in, scene, access = "none", codec, shading, size, device, out, ids;
   std::vector<std::string> parameters;
+  VolumeChoices volume;
   std::uint32_t frames = 1, brick = 0, samples = 0;
   std::uint64_t cache_mib = 256;
   double part = 0;
@@ -41,17 +43,12 @@ struct RenderCommand {
 
 /// "WxH".
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
-  std::uint32_t width = 0, height = 0;
-  const char* end = text.data() + text.size();
-  const auto [cross, first] = std::from_chars(text.data(), end, width);
-  bool good = first == std::errc{} && cross != end && *cross == 'x';
-  if (good) {
-    const auto [stop, second] = std::from_chars(cross + 1, end, height);
-    good = second == std::errc{} && stop == end;
-  }
-  if (!good || std::min(width, height) < 1 || std::max(width, height) > 16384)
-    throw volumes::InputError(fmt::format("--size {}: expected WIDTHxHEIGHT with each 1..16384", text));
-  return {width, height};
+  const std::size_t cross = text.find('x');
+  const auto width = volumes::parse_unsigned(text.substr(0, cross));
+  const auto height = volumes::parse_unsigned(cross == std::string::npos ? "" : text.substr(cross + 1));
+  if (!width || !height || std::min(*width, *height) < 1 || std::max(*width, *height) > 16384)
+    throw volumes::InputError(fmt::format("--size: expected WIDTHxHEIGHT with each 1..16384, found '{}'", text));
+  return {static_cast<std::uint32_t>(*width), static_cast<std::uint32_t>(*height)};
 }
 
 gpu::Scene scene_for(const RenderCommand& command) {
@@ -99,11 +96,12 @@ volumes::Buffer obtain_file(const RenderCommand& command) {
     if (!command.codec.empty() || !command.parameters.empty())
       throw volumes::InputError(
           fmt::format("{}: expected --codec and -p only with a volume, found an encoded file", command.in));
+    command.volume.require_none(command.in);
     return read_file(command.in);
   }
   const auto [codec, parameters] =
       parse_codec(command.codec.empty() ? "raw" : command.codec, command.parameters);
-  const auto source = volumes::open_volume(command.in, std::nullopt);
+  const auto source = volumes::open_volume(command.in, command.volume.options());
   volumes::refuse_to_replace(outputs_of(command), source->files());
   auto encoded = codecs::encode(*codec, *source, parameters, command.threads);
   if (!encoded) fail_on_file(command.in, encoded.error());
@@ -256,24 +254,25 @@ void add_render_command(CLI::App& app, int& exit_code) {
   drawing->add_option("-o", c->out, "PNG to write; with --frames its name gets a number")->required();
   drawing->add_option("--cache", c->access, "access mode ('list caches'; default: none)");
   drawing->add_option("--codec", c->codec, "of a volume file (default: raw)");
-  drawing->add_option("-p", c->parameters, "NAME=VALUE, a parameter of the codec");
+  drawing->add_option("-p", c->parameters, "NAME=VALUE, a parameter of the codec")->allow_extra_args(false);
+  add_volume_choices(*drawing, c->volume);
   drawing->add_option("--shading", c->shading, "local | shadow | ao (default: the scene's)")
-      ->check(CLI::IsMember({"local", "shadow", "ao"}));
+      ->check(one_of({"local", "shadow", "ao"}));
   drawing->add_option("--size", c->size, "WIDTHxHEIGHT in pixels (default: the scene's)");
-  drawing->add_option("--frames", c->frames, "pictures along the camera path")->check(CLI::Range(1, 1000000));
+  drawing->add_option("--frames", c->frames, "pictures along the camera path")->check(integer_in(1, 1000000));
   drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single picture")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(number_in(0, 1));
   drawing
       ->add_option("--samples", c->samples, "random rays a pixel with the shading ao (default: the scene's)")
-      ->check(CLI::Range(1, 65536));
+      ->check(integer_in(1, 65536));
   drawing->add_option("--brick", c->brick, "edge of the bricks of a codec without bricks (default: 32)")
-      ->check(CLI::Range(2, 64));
+      ->check(integer_in(2, 64));
   drawing->add_option("--cache-mib", c->cache_mib, "size of the cache (default: 256)")
-      ->check(CLI::Range(1, 1 << 20));
+      ->check(integer_in(1, 1 << 20));
   drawing->add_option("--device", c->device, "index, or part of a name or type ('list devices')");
   drawing->add_option("--ids", c->ids,
                       "file for the labels of the pixels: u64 little endian, rows from the top");
-  drawing->add_option("--threads", c->threads, "threads that encode")->check(CLI::Range(1, 4096));
+  drawing->add_option("--threads", c->threads, "threads that encode")->check(integer_in(1, kMostThreads));
   drawing->add_flag("--json", c->json, "one object on standard output");
   drawing->callback([c, &exit_code] {
     const InterruptWatch watch;

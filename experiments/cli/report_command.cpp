@@ -107,7 +107,7 @@ int report(const ReportChoices& c, const Environment& environment) {
   if (const std::string store = c.store.empty() ? default_history() : c.store; fs::is_directory(store, error)) words.insert(words.end(), {"--store", store});
   words.front() = find_python(watch);
   const int code = run_program(words, false, watch);
-  return code == kExitOk || code == kExitUsage ? code : kExitEnvironment;
+  return code == kExitOk || code == kExitCheckFailed || code == kExitUsage ? code : kExitEnvironment;
 }
 
 }  // namespace

@@ -1,12 +1,17 @@
 #include "experiments/cli/run_choices.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "experiments/cli/commands.hpp"
+#include "experiments/table_spec.hpp"
+#include "experiments/yaml_reader.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -28,7 +33,7 @@ std::string duration_text(double seconds) {
 void show_progress(const Progress& progress) {
   if (isatty(STDERR_FILENO) == 0) {
     if (progress.cell_ended || progress.text.find(": preparing ") != std::string::npos) {
-      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total, progress.text);
+      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total, volumes::printable(progress.text));
     }
     return;
   }
@@ -36,7 +41,7 @@ void show_progress(const Progress& progress) {
   const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
   const std::string left = progress.seconds_left > 0 ? ", about " + duration_text(progress.seconds_left) + " left" : "";
   fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{}{} {:.90}", "", filled, "", kWidth - filled, progress.done, progress.total, left,
-             progress.text);
+             volumes::printable(progress.text));
   std::fflush(stderr);
 }
 
@@ -81,6 +86,11 @@ Filter parse_filter(const std::vector<std::string>& only) {
                       "pictures scene, cache, shading ..",
                       text));
     }
+    auto keys = line_labels();
+    keys.emplace_back("stage");
+    const std::string key = text.substr(0, equals);
+    if (std::ranges::find(keys, key) == keys.end())
+      throw volumes::InputError(fmt::format("--only {}: expected one of the keys {}, found '{}'{}", text, fmt::join(keys, ", "), key, did_you_mean(key, keys)));
     filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
   return filter;
@@ -110,7 +120,8 @@ RunSummary measure(const Config& config, const RunChoices& choices, const std::v
   install_signal_handlers();
   const RunSummary summary = run_config(config, options);
   if (summary.total == 0)
-    throw volumes::InputError(fmt::format("{}: expected cells that --only keeps, found none", config.path));
+    throw volumes::InputError(fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
+                                          fmt::join(choices.only, " --only "), config.cells.size()));
   if (summary.interrupted) {
     fmt::print(stderr, "\ncvrbench: interrupted; {}\n", kept);
     signal(SIGINT, SIG_DFL);
@@ -123,9 +134,31 @@ void end_progress() {
   if (isatty(STDERR_FILENO) != 0) fmt::print(stderr, "\r\x1b[K");
 }
 
+int exit_code_of(const RunSummary& summary, const std::string& rows_path) {
+  const auto count = [&](std::string_view status) {
+    const auto found = summary.by_status.find(std::string(status));
+    return found == summary.by_status.end() ? std::size_t{0} : found->second;
+  };
+  const std::size_t failed = count(kFailed);
+  const int of_failures = failed > summary.environment_failures ? kExitCheckFailed : kExitEnvironment;
+  if (count(kOk) + summary.skipped > 0) return failed == 0 ? kExitOk : of_failures;
+  std::string counts, reason;
+  for (const auto& [status, number] : summary.by_status) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", number, status);
+  for (const Row& row : load_rows(rows_path)) reason = row.value("reason", "");
+  const std::size_t tried = failed + count(kTimeout) + count(kOutOfMemory);
+  const int code = failed > 0 && tried == failed ? of_failures : tried > 0 || count(kDataMissing) == 0 ? kExitCheckFailed : kExitEnvironment;
+  return end_with_nothing(code, fmt::format("nothing was measured: no cell is ok ({}); the last one: {}; {} tells of each", counts,
+                                            reason.empty() ? "no reason given" : reason, rows_path));
+}
+
+bool any_ok(const std::vector<Row>& rows) {
+  return std::ranges::any_of(rows, [](const Row& row) { return row.contains("status") && row["status"] == kOk; });
+}
+
 std::vector<Row> rows_in(const std::string& folder) {
   const std::string path = (fs::path(folder) / "rows.jsonl").string();
-  if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected the rows of a run, found none", path));
+  if (!fs::exists(path))
+    throw volumes::InputError(fmt::format("{}: expected the rows of a run, found no such file: 'run' writes it with --out {}", path, folder));
   return load_rows(path);
 }
 

@@ -34,6 +34,13 @@ RunSummary measure(const Config& config, const RunChoices& choices, const std::v
 /// Clears the line of progress.
 void end_progress();
 
+/// The exit code of what was measured: 0 where a cell is ok or was done before and none has failed, 1 where one failed, 3 where failures
+/// are the device's alone. Where no cell is ok a line on standard error says why, and it is 1 where cells failed or this program supports
+/// none of them, 3 where data is missing. `rows_path`: of the rows just written.
+int exit_code_of(const RunSummary& summary, const std::string& rows_path);
+/// Whether any row is ok.
+bool any_ok(const std::vector<Row>& rows);
+
 /// Throws InputError where there are none.
 std::vector<Row> rows_in(const std::string& folder);
 

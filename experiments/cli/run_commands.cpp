@@ -1,5 +1,6 @@
 // run, plan, table, claims, and the hidden worker
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -7,11 +8,13 @@
 #include <set>
 
 #include "experiments/claims.hpp"
+#include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
 #include "experiments/tables.hpp"
 #include "experiments/worker.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -64,6 +67,22 @@ void print_claims(const Config& config, const std::string& out, std::set<std::st
   write_text(folder / (name + ".jsonl"), json_lines(claims_rows(verdicts)));
 }
 
+/// Rows that are ok are kept as they are, also where they have more rounds than the configuration allows now.
+void note_longer_rows(const std::vector<Config>& configs, const std::string& rows_path) {
+  const auto latest = latest_by(load_rows(rows_path), "key");
+  for (const Config& config : configs) {
+    std::size_t longer = 0;
+    for (const Cell& cell : config.cells) {
+      const auto row = latest.find(cell.row_key());
+      if (row == latest.end() || row->second.value("status", "") != kOk || !row->second.contains("time")) continue;
+      longer += row->second["time"].value("rounds", std::uint64_t{0}) > config.max_rounds;
+    }
+    if (longer == 0) continue;
+    fmt::print(stderr, "cvrbench: {}: {} cells that are done have more rounds than max_rounds allows ({}) and are kept; --force measures them again\n",
+               volumes::printable(config.path), longer, config.max_rounds);
+  }
+}
+
 int run(const Choices& choices, const Environment& environment) {
   if (choices.resume && choices.force) throw volumes::InputError("expected --resume or --force, found both");
   std::vector<Config> configs;
@@ -78,14 +97,14 @@ int run(const Choices& choices, const Environment& environment) {
         "--out DIR writes elsewhere",
         rows_path));
   }
-  std::map<std::string, std::size_t> statuses;
-  std::size_t skipped = 0, environment_failures = 0;
+  if (choices.resume) note_longer_rows(configs, rows_path);
+  RunSummary all;
   for (const Config& config : configs) {
     const RunSummary summary = measure(config, choices, {{environment.program, out}}, choices.force && &config == &configs.front(),
                                        fmt::format("{} keeps what is done, --resume goes on", rows_path));
-    for (const auto& [status, count] : summary.by_status) statuses[status] += count;
-    skipped += summary.skipped;
-    environment_failures += summary.environment_failures;
+    for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
+    all.skipped += summary.skipped;
+    all.environment_failures += summary.environment_failures;
   }
   end_progress();
   const InterruptWatch watch;
@@ -97,12 +116,11 @@ int run(const Choices& choices, const Environment& environment) {
     print_tables(kept, out, names);
     print_claims(config, out, claim_names);
   }
-  std::string counts = skipped > 0 ? fmt::format("{} done before", skipped) : "";
-  for (const auto& [status, count] : statuses)
+  std::string counts = all.skipped > 0 ? fmt::format("{} done before", all.skipped) : "";
+  for (const auto& [status, count] : all.by_status)
     counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, status);
   fmt::print("Cells: {}. Rows: {}. Tables: {}\n", counts, rows_path, (fs::path(out) / "tables").string());
-  const std::size_t failed = statuses[std::string(kFailed)];
-  return failed == 0 ? kExitOk : failed > environment_failures ? kExitCheckFailed : kExitEnvironment;
+  return exit_code_of(all, rows_path);
 }
 
 int plan(const Choices& choices) {
@@ -111,6 +129,9 @@ int plan(const Choices& choices) {
     const auto rows = load_rows((fs::path(default_out(choices)) / "rows.jsonl").string());
     const auto cells =
         plan_cells(config, parse_filter(choices.only), {choices.data, choices.cache}, rows, choices.force);
+    if (cells.empty())
+      throw volumes::InputError(fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
+                                            fmt::join(choices.only, " --only "), config.cells.size()));
     std::map<Decision, std::size_t> counts;
     double seconds = 0;
     std::uint64_t memory = 0;
@@ -118,7 +139,7 @@ int plan(const Choices& choices) {
     for (const PlannedCell& planned : cells) {
       ++counts[planned.decision];
       fmt::print("{:<12} {}  {}", name_of(planned.decision), planned.id, planned.cell.describe());
-      if (!planned.reason.empty()) fmt::print("  ({})", planned.reason);
+      if (!planned.reason.empty()) fmt::print("  ({})", volumes::printable(planned.reason));
       if (planned.decision == Decision::kRun) {
         fmt::print("  {} {:.1f} s, {:.0f} MiB", planned.expected_from_rows ? "as before" : "about",
                    planned.expected_seconds, static_cast<double>(planned.expected_memory) / (1 << 20));
@@ -131,7 +152,7 @@ int plan(const Choices& choices) {
     fmt::print(
         "{}: {} to run, {} done, {} unsupported, {} with missing data; about {:.0f} s{}, up to {:.0f} MiB a "
         "process\n",
-        path, counts[Decision::kRun], counts[Decision::kDone], counts[Decision::kUnsupported],
+        volumes::printable(path), counts[Decision::kRun], counts[Decision::kDone], counts[Decision::kUnsupported],
         counts[Decision::kDataMissing], seconds,
         modelled ? " (of cells without rows: 50 Mvoxel/s and thread, 0.5 s a round of random access)" : "",
         static_cast<double>(memory) / (1 << 20));
@@ -144,7 +165,8 @@ int claims(const Choices& choices) {
   if (config.claims.empty()) throw volumes::InputError(fmt::format("{}: expected the key claims, found none", config.path));
   const auto verdicts = judge_claims(config, rows_in(choices.out));
   fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts)) : claims_text(config, verdicts));
-  return kExitOk;
+  if (std::ranges::any_of(verdicts, [](const ClaimVerdict& v) { return v.verdict != Verdict::kUnchecked; })) return kExitOk;
+  return end_with_nothing(kExitCheckFailed, fmt::format("{}: none of {} claims can be checked with the rows of {}", config.path, verdicts.size(), choices.out));
 }
 
 int table(const Choices& choices) {
@@ -152,15 +174,24 @@ int table(const Choices& choices) {
   const Config config = load(choices, choices.configs.front());
   const auto rows = rows_in(choices.out);
   bool found = false;
+  std::vector<std::string> names;
   for (const TableSpec& spec : config.tables) {
+    names.push_back(spec.name);
     if (!choices.table.empty() && spec.name != choices.table) continue;
     fmt::print("{}{}", found ? "\n" : "", render(make_table(spec, config, rows), *format));
     found = true;
   }
   if (!found)
     throw volumes::InputError(
-        fmt::format("{}: expected a table '{}', found none", config.path, choices.table));
-  return kExitOk;
+        choices.table.empty() ? fmt::format("{}: expected the key tables, found none", config.path)
+                              : fmt::format("{}: expected a table '{}', found none{}", config.path, choices.table, volumes::did_you_mean(choices.table, names)));
+  const auto latest = latest_by(rows, "key");
+  const auto is_measured = [&](const Cell& cell) {
+    const auto row = latest.find(cell.row_key());
+    return row != latest.end() && row->second.value("status", "") == kOk;
+  };
+  if (std::ranges::any_of(config.cells, is_measured)) return kExitOk;
+  return end_with_nothing(kExitCheckFailed, fmt::format("{}: no cell of {} is ok there", choices.out, config.path));
 }
 
 }  // namespace
@@ -196,7 +227,7 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   tabling->add_option("config", c->configs, "configuration file")->required()->expected(1);
   tabling->add_option("--results", c->out, "folder with rows.jsonl")->required();
   tabling->add_option("--format", c->format, "md | csv | latex")
-      ->check(CLI::IsMember({"md", "csv", "latex"}));
+      ->check(one_of({"md", "csv", "latex"}));
   tabling->add_option("--name", c->table, "only the table of this name");
   add_config_options(*tabling, *c);
   tabling->callback([c, &exit_code] { exit_code = table(*c); });
@@ -204,7 +235,7 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   auto* judging = app.add_subcommand("claims", "Prints which claims of papers a configuration's rows confirm and refute");
   judging->add_option("config", c->configs, "configuration file")->required()->expected(1);
   judging->add_option("--results", c->out, "folder with rows.jsonl")->required();
-  judging->add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
+  judging->add_option("--format", c->format, "md | jsonl")->check(one_of({"md", "jsonl"}));
   add_config_options(*judging, *c);
   judging->callback([c, &exit_code] { exit_code = claims(*c); });
 

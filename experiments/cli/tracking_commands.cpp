@@ -1,8 +1,10 @@
 // compare, ab, aa, baseline, history, export
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
+#include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
@@ -11,6 +13,7 @@
 #include "experiments/tracking/export.hpp"
 #include "experiments/tracking/history.hpp"
 #include "experiments/tracking/noise_measurement.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -43,18 +46,29 @@ int show_comparison(const TrackingChoices& c, const std::vector<Row>& base, cons
   } else {
     fmt::print("{}", describe(report, c.explain));
   }
+  if (report.measured == 0 && !(report.differs() && c.fail_on != "never"))
+    return end_with_nothing(kExitCheckFailed, "nothing was compared: no cell is ok in both, of " + std::to_string(base.size()) + " and " +
+                                                  std::to_string(fresh.size()) + " rows");
   const bool fails = c.fail_on != "never" && (report.differs() || (c.fail_on == "slower" && report.slower()));
   return fails ? kExitCheckFailed : kExitOk;
 }
 
 int compare(const TrackingChoices& c) { return show_comparison(c, rows_in(c.base), rows_in(c.fresh), Arrangement::kApart); }
 
+/// The rows of two programs, and how it went.
+struct Contest {
+  std::vector<Row> a, b;
+  int exit_code = kExitOk;  ///< of the cells alone
+};
+
 /// Two programs round by round, into OUT/a and OUT/b.
-std::pair<std::vector<Row>, std::vector<Row>> contest(const TrackingChoices& c, const Config& config, const std::string& out,
+Contest contest(const TrackingChoices& c, const Config& config, const std::string& out,
                                                       const std::string& a, const std::string& b) {
   const std::vector<Contender> contenders{{a, (fs::path(out) / "a").string()}, {b, (fs::path(out) / "b").string()}};
-  measure(config, c.run, contenders, true, fmt::format("{} keeps the cells that have ended", out));
-  return {rows_in(contenders[0].out), rows_in(contenders[1].out)};
+  const RunSummary summary = measure(config, c.run, contenders, true, fmt::format("{} keeps the cells that have ended", out));
+  const bool none = !summary.by_status.contains(std::string(kOk));
+  return {rows_in(contenders[0].out), rows_in(contenders[1].out),
+          none ? exit_code_of(summary, (fs::path(contenders[1].out) / "rows.jsonl").string()) : kExitOk};
 }
 
 int ab(const TrackingChoices& c) {
@@ -64,7 +78,8 @@ int ab(const TrackingChoices& c) {
   }
   const auto rows = contest(c, load(c.run, c.run.configs.front()), out, fs::absolute(c.base), fs::absolute(c.fresh));
   end_progress();
-  return show_comparison(c, rows.first, rows.second, Arrangement::kInterleaved);
+  if (rows.exit_code != kExitOk) return rows.exit_code;
+  return show_comparison(c, rows.a, rows.b, Arrangement::kInterleaved);
 }
 
 void print_floors(std::string_view arrangement, const Row& floors) {
@@ -79,7 +94,9 @@ int aa(const TrackingChoices& c, const Environment& environment) {
   const Config config = load(c.run, c.run.configs.front());
   std::vector<Repeat> together, apart;
   for (std::uint64_t i = 0; i < c.repeats; ++i) {
-    together.push_back(contest(c, config, (fs::path(out) / std::to_string(i)).string(), environment.program, environment.program));
+    Contest one = contest(c, config, (fs::path(out) / std::to_string(i)).string(), environment.program, environment.program);
+    if (one.exit_code != kExitOk) return one.exit_code;
+    together.emplace_back(std::move(one.a), std::move(one.b));
     if (i > 0) {
       apart.emplace_back(together[i - 1].first, together[i].first);
       apart.emplace_back(together[i - 1].second, together[i].second);
@@ -87,6 +104,7 @@ int aa(const TrackingChoices& c, const Environment& environment) {
   }
   end_progress();
   const Row interleaved = measure_floors(together, true), separate = measure_floors(apart, false);
+  if (interleaved.empty()) return end_with_nothing(kExitCheckFailed, fmt::format("{}: no time was compared, so there are no floors to store", config.path));
   const Row provenance = describe_machine_and_build();
   const InterruptWatch watch;
   store_floors(c.noise, provenance, config.path, Arrangement::kInterleaved, interleaved);
@@ -113,8 +131,12 @@ int check_or_update_baseline(const TrackingChoices& c, const Environment& enviro
     const Config config = load(c.run, path);
     const std::string file = baseline_path(c.baseline, config);
     const std::string out = c.run.out.empty() ? (fs::path("out/baseline") / fs::path(path).stem()).string() : c.run.out;
-    measure(config, c.run, {{environment.program, out}}, true, "the baseline is as it was");
+    const RunSummary summary = measure(config, c.run, {{environment.program, out}}, true, "the baseline is as it was");
     end_progress();
+    if (!summary.by_status.contains(std::string(kOk))) {
+      exit_code = std::max(exit_code, exit_code_of(summary, (fs::path(out) / "rows.jsonl").string()));
+      continue;
+    }
     const Baseline found = baseline_of(config, rows_in(out));
     if (!check) {
       const InterruptWatch watch;
@@ -124,18 +146,22 @@ int check_or_update_baseline(const TrackingChoices& c, const Environment& enviro
     }
     const BaselineReport report = compare_baselines(load_baseline(file), found);
     fmt::print("{}", describe(report, file));
-    if (report.differs()) exit_code = kExitCheckFailed;
+    if (report.differs()) exit_code = std::max(exit_code, kExitCheckFailed);
+    if (report.cells == 0) exit_code = end_with_nothing(kExitCheckFailed, fmt::format("{}: no cell of it was measured", file));
   }
   return exit_code;
 }
 
 int add_history(const TrackingChoices& c) {
   const InterruptWatch watch;
+  bool any = false;
   for (const std::string& folder : c.results) {
-    const Recorded recorded = record_history(c.store, rows_in(folder));
-    fmt::print("{}: {} figures of {} cells recorded in {}\n", folder, recorded.figures, recorded.rows, c.store);
+    const std::vector<Row> rows = rows_in(folder);
+    any = any || any_ok(rows);
+    const Recorded recorded = record_history(c.store, rows);
+    fmt::print("{}: {} figures of {} cells recorded in {}\n", volumes::printable(folder), recorded.figures, recorded.rows, volumes::printable(c.store));
   }
-  return kExitOk;
+  return any ? kExitOk : end_with_nothing(kExitCheckFailed, "nothing was recorded: no row of these folders is ok");
 }
 
 int show_history(const TrackingChoices& c) {
@@ -151,12 +177,16 @@ int show_history(const TrackingChoices& c) {
                   {"quantity", step.quantity}, {"before", step.before}, {"after", step.after}, {"ratio", step.ratio}, {"worse", step.worse},
                   {"last", step.last}}.dump());
     } else {
-      fmt::print("{} {} (after {}): {} {}: {} -> {}{}{}\n", step.time, step.revision, step.previous, step.key, step.quantity, step.before,
-                 step.after, step.ratio == 1 ? "" : fmt::format(" ({:+.1f} %)", 100 * (step.ratio - 1)),
+      const auto shown = [](const std::string& text) { return volumes::printable(text); };
+      fmt::print("{} {} (after {}): {} {}: {} -> {}{}{}\n", shown(step.time), shown(step.revision), shown(step.previous), shown(step.key),
+                 shown(step.quantity), shown(step.before), shown(step.after), step.ratio == 1 ? "" : fmt::format(" ({:+.1f} %)", 100 * (step.ratio - 1)),
                  !step.worse ? ", better" : step.last ? ", WORSE" : ", worse, changed again since");
     }
   }
   if (c.format != "jsonl") fmt::print("{} series of {} figures, {} steps\n", history.series, history.figures, history.steps.size());
+  if (history.figures == 0)
+    return end_with_nothing(kExitCheckFailed, fmt::format("{}: no figures of {} are kept there; 'history add' records them", c.store,
+                                                          machine.empty() ? "any machine" : "the machine " + machine));
   return worse ? kExitCheckFailed : kExitOk;
 }
 
@@ -166,7 +196,7 @@ int export_rows(const TrackingChoices& c) {
     for (Row& row : rows_in(folder)) rows.push_back(std::move(row));
   }
   fmt::print("{}", c.format == "csv" ? to_csv(rows) : to_google_benchmark(rows).dump(1) + "\n");
-  return kExitOk;
+  return any_ok(rows) ? kExitOk : end_with_nothing(kExitCheckFailed, "nothing was exported but failures: no row of these folders is ok");
 }
 
 }  // namespace
@@ -178,8 +208,8 @@ void add_tracking_commands(CLI::App& app, const Environment& environment, int& e
   const auto add_compare_options = [c](CLI::App& command) {
     command.add_flag("--explain", c->explain, "every quantity with its figures and the reason of its verdict");
     command.add_option("--fail-on", c->fail_on, "exact | slower | never: what makes the exit code 1; slower (default): exact figures too")
-        ->check(CLI::IsMember({"exact", "slower", "never"}));
-    command.add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
+        ->check(one_of({"exact", "slower", "never"}));
+    command.add_option("--format", c->format, "md | jsonl")->check(one_of({"md", "jsonl"}));
     command.add_option("--noise", c->noise, "file of noise floors ('aa')");
   };
   const auto add_measuring = [c](CLI::App& command) {
@@ -205,7 +235,7 @@ void add_tracking_commands(CLI::App& app, const Environment& environment, int& e
 
   auto* itself = app.add_subcommand("aa", "Measures this build against itself and stores the noise floors of this machine");
   itself->add_option("config", c->run.configs, "configuration file")->required()->expected(1);
-  itself->add_option("--repeats", c->repeats, "runs one after the other, 2 by default")->check(CLI::Range(2, 100));
+  itself->add_option("--repeats", c->repeats, "runs one after the other, 2 by default")->check(integer_in(2, 100));
   itself->add_option("--noise", c->noise, "file of noise floors");
   add_measuring(*itself);
   itself->callback([c, &environment, &exit_code] { exit_code = aa(*c, environment); });
@@ -228,13 +258,13 @@ void add_tracking_commands(CLI::App& app, const Environment& environment, int& e
   auto* showing = history->add_subcommand("steps", "Lists the steps and the commits that made them; 1 where the last step of a series is a worse one");
   showing->add_option("--machine", c->machine, "fingerprint (default: this machine)");
   showing->add_flag("--all-machines", c->all_machines, "series of all machines");
-  showing->add_option("--since", c->since, "only steps at this time (2026-01-31 or longer) or later");
+  showing->add_option("--since", c->since, "only steps at this time (2026-01-31 or longer) or later")->check(time_text());
   showing->add_option("--noise", c->noise, "file of noise floors ('aa')");
-  showing->add_option("--format", c->format, "md | jsonl")->check(CLI::IsMember({"md", "jsonl"}));
+  showing->add_option("--format", c->format, "md | jsonl")->check(one_of({"md", "jsonl"}));
   for (auto* command : {adding, showing}) command->add_option("--store", c->store, "folder of the history");
   auto* exporting = app.add_subcommand("export", "Prints rows for other tools: the JSON of Google Benchmark, or CSV");
   exporting->add_option("results", c->results, "folders with rows.jsonl")->required();
-  exporting->add_option("--format", c->format, "google-benchmark | csv")->required()->check(CLI::IsMember({"google-benchmark", "csv"}));
+  exporting->add_option("--format", c->format, "google-benchmark | csv")->required()->check(one_of({"google-benchmark", "csv"}));
   exporting->callback([c, &exit_code] { exit_code = export_rows(*c); });
 
   adding->callback([c, &exit_code] { exit_code = add_history(*c); });

@@ -3,13 +3,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <thread>
 
+#include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "volumes/generators/generator.hpp"
 #include "volumes/io/io.hpp"
+#include "volumes/number_text.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -26,14 +27,14 @@ std::map<std::string, double> parse_parameters(const std::vector<std::string>& a
   std::map<std::string, double> parameters;
   for (const std::string& assignment : assignments) {
     const std::size_t equals = assignment.find('=');
-    double value = 0;
-    const char* end = assignment.data() + assignment.size();
-    if (equals == std::string::npos || equals == 0 ||
-        std::from_chars(assignment.data() + equals + 1, end, value).ptr != end ||
-        equals + 1 == assignment.size()) {
-      throw volumes::InputError(fmt::format("-p {}: expected NAME=NUMBER", assignment));
+    if (equals == std::string::npos || equals == 0)
+      throw volumes::InputError(fmt::format("-p {}: expected NAME=NUMBER, found no '='", assignment));
+    const auto value = volumes::parse_real(std::string_view(assignment).substr(equals + 1));
+    if (!value) {
+      throw volumes::InputError(
+          fmt::format("-p {}: expected NAME=NUMBER, {}", assignment, volumes::found_number(assignment.substr(equals + 1))));
     }
-    if (!parameters.emplace(assignment.substr(0, equals), value).second) {
+    if (!parameters.emplace(assignment.substr(0, equals), *value).second) {
       throw volumes::InputError(fmt::format("-p {}: expected each parameter once", assignment));
     }
   }
@@ -52,18 +53,17 @@ void generate(const GenerateOptions& options) {
 }
 
 struct ConvertOptions {
-  std::string in, out, kind;
+  std::string in, out;
+  VolumeChoices volume;
 };
 
 void convert(const ConvertOptions& options) {
-  std::optional<volumes::VolumeKind> kind;
-  if (!options.kind.empty()) kind = volumes::volume_kind_from_name(options.kind);
   if (!volumes::is_volume_path(options.out)) {
     throw volumes::InputError(
         fmt::format("{}: expected the name of a volume (.h5, .nrrd, .nhdr, .nii, .nii.gz, .raw or a folder)",
                     options.out));
   }
-  volumes::write_volume(options.out, *volumes::open_volume(options.in, kind));
+  volumes::write_volume(options.out, *volumes::open_volume(options.in, options.volume.options()));
 }
 
 }  // namespace
@@ -76,10 +76,10 @@ void add_volume_commands(CLI::App& app, int& exit_code) {
       app.add_subcommand("generate", "Makes a volume: the same for the same kind, size, seed and parameters");
   generating->add_option("kind", made->kind, fmt::format("{}", fmt::join(kinds, " | ")))->required();
   generating->add_option("--size", made->size, "X,Y,Z in voxels")->required();
-  generating->add_option("--seed", made->seed, "seed")->required();
-  generating->add_option("-p", made->parameters, "NAME=NUMBER, a parameter of the generator");
+  generating->add_option("--seed", made->seed, "seed")->required()->check(integer_in(0, UINT64_MAX));
+  generating->add_option("-p", made->parameters, "NAME=NUMBER, a parameter of the generator")->allow_extra_args(false);
   generating->add_option("--threads", made->threads, "threads (the bytes do not depend on it)")
-      ->check(CLI::Range(1, 4096));
+      ->check(integer_in(1, kMostThreads));
   generating->add_option("-o", made->out, "volume file to write")->required();
   std::string footer = "Parameters:";
   for (const auto& generator : volumes::all_generators()) {
@@ -101,8 +101,7 @@ void add_volume_commands(CLI::App& app, int& exit_code) {
       app.add_subcommand("convert", "Copies a volume from one file format to another, by the names");
   converting->add_option("in", converted->in, "volume file")->required();
   converting->add_option("out", converted->out, "volume file to write")->required();
-  converting->add_option("--kind", converted->kind, "what the voxels are where the file does not say")
-      ->check(CLI::IsMember({"labels", "scalars"}));
+  add_volume_choices(*converting, converted->volume);
   converting->callback([converted, &exit_code] {
     const InterruptWatch watch;
     convert(*converted);

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "experiments/stages/stage_kinds.hpp"
+#include "volumes/json_text.hpp"
 
 namespace cvr::experiments {
 
@@ -76,6 +77,8 @@ std::string to_json_line(const WorkerSpec& spec) {
   }
   j["identity"] = spec.location.identity;
   j["exchanged"] = spec.location.exchanged;
+  j["axes"] = spec.location.axes;
+  j["allow_external"] = spec.location.allow_external;
   j["extent"] = {info.extent.x, info.extent.y, info.extent.z};
   j["time_steps"] = info.time_steps;
   j["type"] = name_of(info.type);
@@ -97,7 +100,7 @@ std::string to_json_line(const WorkerSpec& spec) {
 }
 
 WorkerSpec worker_spec_from_json(const std::string& line) {
-  const Row j = Row::parse(line);
+  const Row j = volumes::parse_json(line, "worker specification");
   WorkerSpec spec;
   Location& location = spec.location;
   location.present = true;
@@ -109,6 +112,8 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   }
   location.identity = j.at("identity").get<std::string>();
   location.exchanged = j.at("exchanged").get<bool>();
+  location.axes = j.at("axes").get<std::string>();
+  location.allow_external = j.at("allow_external").get<bool>();
   const auto extent = j.at("extent").get<std::array<std::uint64_t, 3>>();
   location.info.extent = {extent[0], extent[1], extent[2]};
   location.info.time_steps = j.at("time_steps").get<std::uint64_t>();

@@ -11,6 +11,8 @@
 #include "experiments/tracking/quantities.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
+#include "volumes/json_text.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {
 
@@ -54,7 +56,7 @@ Baseline baseline_of(const Config& config, const std::vector<Row>& rows) {
   for (const auto& [key, row] : latest_by(rows, "key")) {
     if (!keys.contains(key)) continue;
     std::map<std::string, Row> figures;
-    if (row.value("status", "") != kOk) figures["status"] = row["status"];
+    if (row.value("status", "") != kOk) figures["status"] = row.at("status");
     for (const Quantity& quantity : quantities_of(row)) {
       if (belongs(quantity)) figures[quantity.name] = rounded(quantity);
     }
@@ -73,16 +75,15 @@ std::string baseline_path(const std::string& folder, const Config& config) {
 }
 
 Baseline load_baseline(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw volumes::InputError(fmt::format("{}: expected a baseline, found no file: 'baseline update' writes it", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  const Row file = Row::parse(text.str(), nullptr, false);
+  if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected a baseline, found no file: 'baseline update' writes it", path));
+  const Row file = volumes::read_json_file(path);
   if (!file.is_object() || !file.contains("cells") || !file["cells"].is_object())
     throw volumes::InputError(fmt::format("{}: expected an object with the object 'cells'", path));
   Baseline baseline{file.value("config", ""), {}};
-  for (const auto& [key, figures] : file["cells"].items())
+  for (const auto& [key, figures] : file["cells"].items()) {
+    if (!figures.is_object()) throw volumes::InputError(fmt::format("{}: expected an object of figures of the cell '{}'", path, key));
     for (const auto& [quantity, value] : figures.items()) baseline.cells[key][quantity] = value;
+  }
   return baseline;
 }
 
@@ -127,12 +128,12 @@ BaselineReport compare_baselines(const Baseline& expected, const Baseline& found
 std::string describe(const BaselineReport& report, const std::string& path) {
   std::string text, last;
   for (const BaselineDifference& d : report.differences) {
-    if (d.key != last) text += d.key + "\n";
+    if (d.key != last) text += volumes::printable(d.key) + "\n";
     last = d.key;
-    text += fmt::format("  {}: {} -> {}\n", d.quantity, d.expected, d.found);
+    text += fmt::format("  {}: {} -> {}\n", volumes::printable(d.quantity), volumes::printable(d.expected), volumes::printable(d.found));
   }
-  for (const std::string& key : report.missing) text += fmt::format("{}\n  is in the baseline and was not measured\n", key);
-  for (const std::string& key : report.added) text += fmt::format("{}\n  is not in the baseline\n", key);
+  for (const std::string& key : report.missing) text += fmt::format("{}\n  is in the baseline and was not measured\n", volumes::printable(key));
+  for (const std::string& key : report.added) text += fmt::format("{}\n  is not in the baseline\n", volumes::printable(key));
   text += fmt::format("{}: {} figures of {} cells compared, {} differ", path, report.figures, report.cells, report.differences.size());
   if (!report.missing.empty()) text += fmt::format(", {} cells missing", report.missing.size());
   if (!report.added.empty()) text += fmt::format(", {} cells added", report.added.size());

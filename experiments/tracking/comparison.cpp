@@ -6,7 +6,9 @@
 #include <cmath>
 #include <set>
 
+#include "experiments/escaping.hpp"
 #include "experiments/statistics.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {
 
@@ -54,6 +56,7 @@ class Comparer {
 
   void compare(const Row& base, const Row& fresh) {
     const std::string status = base.value("status", ""), fresh_status = fresh.value("status", "");
+    if (status == kOk && fresh_status == kOk) ++report.measured;
     if (status != fresh_status || status != kOk) {
       ComparedQuantity c = start(base, {.name = "status", .kind = QuantityKind::kExact, .text = status},
                            {.name = "status", .kind = QuantityKind::kExact, .text = fresh_status});
@@ -256,25 +259,26 @@ std::string describe(const CompareReport& report, bool explain) {
       if (const std::size_t count = line.counts[static_cast<std::size_t>(outcome)]; count > 0)
         counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, name_of(outcome));
     }
-    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", line.codec, line.mode, line.cells, ratio_text(line.time_ratio),
+    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", escape_markdown(line.codec), escape_markdown(line.mode), line.cells, ratio_text(line.time_ratio),
                         ratio_text(line.size_ratio), counts);
   }
   std::string last;
   for (const ComparedQuantity& c : report.comparisons) {
     if (!explain && (c.outcome == Outcome::kSame || c.outcome == Outcome::kUndecided || c.outcome == Outcome::kNotCompared)) continue;
-    if (c.key != last) text += fmt::format("\n{}\n", c.key);
+    if (c.key != last) text += fmt::format("\n{}\n", escape_markdown(c.key, false));
     last = c.key;
     const std::string figures = figures_of(c);
-    text += fmt::format("- **{}** {}{}{}{}{}\n", name_of(c.outcome), c.base.name, figures.empty() && c.reason.empty() ? "" : ": ", figures,
-                        figures.empty() || c.reason.empty() ? "" : "; ", c.reason);
+    text += fmt::format("- **{}** {}{}{}{}{}\n", name_of(c.outcome), escape_markdown(c.base.name, false),
+                        figures.empty() && c.reason.empty() ? "" : ": ", figures, figures.empty() || c.reason.empty() ? "" : "; ",
+                        escape_markdown(c.reason, false));
   }
   for (const auto& [keys, where] : {std::pair{&report.only_in_base, "the base"}, std::pair{&report.only_in_new, "the new rows"}}) {
     if (!keys->empty()) text += fmt::format("\n{} cells are only in {}{}\n", keys->size(), where, explain ? ":" : ".");
     if (explain)
-      for (const std::string& key : *keys) text += fmt::format("- {}\n", key);
+      for (const std::string& key : *keys) text += fmt::format("- {}\n", escape_markdown(key, false));
   }
   if (!report.remarks.empty()) text += '\n';
-  for (const std::string& remark : report.remarks) text += remark + "\n";
+  for (const std::string& remark : report.remarks) text += volumes::printable(remark) + "\n";
   return text;
 }
 

@@ -60,6 +60,7 @@ struct CompareReport {
   std::vector<ComparedQuantity> comparisons;   ///< in the order of the base rows
   std::vector<std::string> only_in_base, only_in_new;  ///< keys of rows that are ok and have no partner
   std::vector<std::string> remarks;      ///< why times were not compared, what floor is assumed
+  std::size_t measured = 0;              ///< cells that are ok in both
   std::size_t count(Outcome outcome) const;
   bool differs() const { return count(Outcome::kDiffers) > 0; }
   bool slower() const { return count(Outcome::kSlower) > 0; }

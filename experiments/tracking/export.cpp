@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "experiments/escaping.hpp"
 #include "experiments/statistics.hpp"
 #include "experiments/tracking/quantities.hpp"
 
@@ -18,14 +19,14 @@ double nanoseconds_of(const std::string& unit) { return unit == "s" ? 1e9 : unit
 
 /// The key of a row as a path, the stage left to the kind of time.
 std::string name_of_row(const Row& row) {
-  std::string name = row["key"].get<std::string>();
+  std::string name = row.at("key").get<std::string>();
   std::ranges::replace(name, '|', '/');
   return name.substr(0, name.rfind('/'));
 }
 
 std::vector<double> cpu_samples(const Row& row, const Quantity& quantity) {
   if (quantity.name != row.value("stage", "")) return {};
-  return row["time"].value("cpu_seconds", Row::object()).value("samples", std::vector<double>{});
+  return row.at("time").value("cpu_seconds", Row::object()).value("samples", std::vector<double>{});
 }
 
 Row entry(const std::string& name, std::size_t threads, std::size_t repetitions, double real, double cpu) {
@@ -76,11 +77,7 @@ void walk(const Row& row, const std::string& place, const F& visit) {
 
 std::string csv_field(const Row& value) {
   if (value.is_null()) return "";
-  std::string text = value.is_string() ? value.get<std::string>() : value.dump();
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
+  return escape_csv(value.is_string() ? value.get<std::string>() : value.dump());
 }
 
 }  // namespace
@@ -97,7 +94,7 @@ Row to_google_benchmark(const std::vector<Row>& rows) {
     const Row& row = latest.at(key);
     if (row.value("status", "") != kOk) continue;
     if (file["context"].empty()) {
-      const Row& from = row["provenance"];
+      const Row& from = row.at("provenance");
       file["context"] = {{"date", from.value("time", "")},         {"host_name", from.value("machine", "")},
                          {"executable", "cvrbench"},               {"num_cpus", from.value("cores", 1)},
                          {"mhz_per_cpu", 0},                       {"cpu_scaling_enabled", false},
@@ -137,7 +134,9 @@ std::string to_csv(const std::vector<Row>& rows) {
     for (std::size_t i = 0; i < fields.size(); ++i) text += (i == 0 ? "" : ",") + fields[i];
     text += "\r\n";
   };
-  add_line(columns);
+  std::vector<std::string> headings;
+  for (const std::string& column : columns) headings.push_back(escape_csv(column));
+  add_line(headings);
   for (const Row& row : rows) {
     std::vector<std::string> fields(columns.size());
     walk(row, "", [&](const std::string& place, const Row& value) { fields[places.at(place)] = csv_field(value); });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "experiments/statistics.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
+#include "volumes/json_text.hpp"
 
 namespace cvr::experiments {
 
@@ -30,8 +32,9 @@ std::vector<Row> load_lines(const fs::path& path) {
   std::ifstream in(path);
   std::string text;
   for (std::size_t n = 1; std::getline(in, text); ++n) {
-    Row line = Row::parse(text, nullptr, false);
-    if (!line.is_object() || !line.contains("key") || !line.contains("quantity") || !line.contains("value"))
+    Row line = volumes::parse_json(text, path.string(), n);
+    const auto is_text = [&](const char* field) { return line.contains(field) && line[field].is_string(); };
+    if (!line.is_object() || !is_text("key") || !is_text("quantity") || !line.contains("value"))
       throw volumes::InputError(fmt::format("{}:{}: expected a figure (an object with key, quantity and value), found '{}'", path.string(), n,
                                             text.substr(0, 40)));
     lines.push_back(std::move(line));
@@ -39,13 +42,17 @@ std::vector<Row> load_lines(const fs::path& path) {
   return lines;
 }
 
+bool is_fingerprint(const std::string& machine) {
+  return !machine.empty() && machine.size() <= 100 && std::ranges::all_of(machine, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
+}
+
 Row figure_of(const Row& row, const Quantity& quantity) {
   Row line;
-  line["time"] = row["provenance"].value("time", "");
-  line["revision"] = row["provenance"].value("revision", "");
-  line["key"] = row["key"];
-  line["codec"] = row["codec"].value("id", "");
-  line["version"] = row["codec"].value("version", 0);
+  line["time"] = row.at("provenance").value("time", "");
+  line["revision"] = row.at("provenance").value("revision", "");
+  line["key"] = row.at("key");
+  line["codec"] = row.at("codec").value("id", "");
+  line["version"] = row.at("codec").value("version", 0);
   line["quantity"] = quantity.name;
   line["kind"] = name_of(quantity.kind);
   if (quantity.kind == QuantityKind::kTime) {
@@ -72,7 +79,7 @@ std::string value_text(const Row& line) {
 HistoryStep step_at(const std::vector<const Row*>& series, std::size_t at, const std::string& machine) {
   const Row& now = *series[at];
   HistoryStep step;
-  step.key = now["key"].get<std::string>();
+  step.key = now.at("key").get<std::string>();
   step.codec = now.value("codec", "");
   step.quantity = now["quantity"].get<std::string>();
   step.machine = machine;
@@ -137,7 +144,9 @@ Recorded record_history(const std::string& store, const std::vector<Row>& rows) 
   std::map<std::string, std::set<std::string>> known;
   for (const auto& [key, row] : latest_by(rows, "key")) {
     if (row.value("status", "") != kOk) continue;
-    const std::string machine = row["provenance"].value("machine", "unknown");
+    const std::string machine = row.at("provenance").value("machine", "unknown");
+    if (!is_fingerprint(machine))
+      throw volumes::InputError(fmt::format("{}: expected a machine of letters, digits, - and _, which names a file, found '{}'", key, machine));
     if (!known.contains(machine)) {
       for (const Row& line : load_lines(fs::path(store) / (machine + ".jsonl"))) known[machine].insert(identity_of(line));
     }

@@ -5,11 +5,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "experiments/provenance.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
+#include "volumes/json_text.hpp"
 
 namespace cvr::experiments {
 
@@ -19,11 +19,8 @@ namespace fs = std::filesystem;
 
 /// An empty object where there is no file.
 Row load(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) return Row::object();
-  std::ostringstream text;
-  text << in.rdbuf();
-  Row file = Row::parse(text.str(), nullptr, false);
+  if (!fs::exists(path)) return Row::object();
+  Row file = volumes::read_json_file(path);
   if (!file.is_object()) throw volumes::InputError(fmt::format("{}: expected a JSON object of noise floors a machine, found another text", path));
   return file;
 }
@@ -46,10 +43,10 @@ std::string default_noise_path() {
 NoiseFloors load_floors(const std::string& path, const std::string& machine, Arrangement arrangement) {
   NoiseFloors floors;
   const Row file = load(path);
-  if (!file.contains(machine) || !file[machine].contains(name_of(arrangement))) return floors;
+  if (!file.contains(machine) || !file[machine].is_object() || !file[machine].contains(name_of(arrangement))) return floors;
   for (const auto& [noise_class, entry] : file[machine][std::string(name_of(arrangement))].items()) {
-    if (!entry.is_object() || !entry.contains("floor") || !entry["floor"].is_number())
-      throw volumes::InputError(fmt::format("{}: {} {}: expected an object with a number 'floor'", path, machine, noise_class));
+    if (!entry.is_object() || !entry.contains("floor") || !entry["floor"].is_number() || !(entry["floor"].get<double>() >= 0))
+      throw volumes::InputError(fmt::format("{}: {} {}: expected an object with a number 'floor' from 0", path, machine, noise_class));
     floors.set(noise_class, entry["floor"].get<double>());
   }
   return floors;

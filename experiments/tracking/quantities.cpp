@@ -52,7 +52,7 @@ void add_times(const Row& row, std::vector<Quantity>& out) {
   const std::string stage = row.value("stage", "");
   if (stage == "encode" || stage == "decode") {
     const std::string_view noise_class = stage == "encode" ? kNoiseClasses[0] : kNoiseClasses[1];
-    add_time(samples_in(row["time"]["seconds"]), stage, "s", noise_class, out);
+    add_time(samples_in(row.at("time").at("seconds")), stage, "s", noise_class, out);
     if (row.contains("steps")) {
       for (const Row& step : row["steps"]) {
         if (step.contains("seconds"))
@@ -62,7 +62,7 @@ void add_times(const Row& row, std::vector<Quantity>& out) {
   }
   if (row.contains("access")) {
     for (const Row& series : row["access"]) {
-      add_time(samples_in(series["ns_per_voxel"]), fmt::format("access {} level {}", series.value("points", "?"), series.value("lod", 0)), "ns",
+      add_time(samples_in(series.at("ns_per_voxel")), fmt::format("access {} level {}", series.value("points", "?"), series.value("lod", 0)), "ns",
                kNoiseClasses[2], out);
     }
   }

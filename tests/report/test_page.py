@@ -152,14 +152,14 @@ class Poor(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.path = Path(folder.name)
 
-    def page(self, rows):
+    def page(self, rows, expected=0):
         code, text = make(samples.write(self.path, rows))
-        self.assertEqual(code, 0)
+        self.assertEqual(code, expected)
         self.assertEqual(Document(text).complaints, [])
         return text
 
     def test_a_page_of_no_rows_says_what_would_fill_it(self):
-        text = self.page([])
+        text = self.page([], 1)
         for figure in REGISTRY:
             self.assertIn(figure.needs, text)
         self.assertIn("There are no rows", text)
@@ -190,6 +190,23 @@ class Poor(unittest.TestCase):
         text = self.page(samples.label_rows("<script>alert(1)</script>", 'c"><b>', 2.0, 1, 10.0))
         self.assertNotIn("<script>alert", text)
         self.assertNotIn("<b>", text)
+
+    def test_dollars_are_no_formulas(self):
+        # An odd command between two dollars would end matplotlib's own formula parser.
+        name = "a$\\frac{$b"
+        rows = samples.label_rows(name, "c$x^$", 2.0, 1, 10.0) + samples.label_rows(name, "d$\\input$", 3.0, 0.5, 8.0)
+        rows.append(samples.drawn(name, "c$x^$", "voxel", 5.0))
+        self.assertIn("c$x^$", self.page(rows))
+
+    def test_escaped_markdown_is_read_back(self):
+        folder = samples.write(self.path, samples.label_rows("a", "c", 2.0, 1, 10.0))
+        (folder / "tables").mkdir()
+        (folder / "tables" / "t.csv").write_text("dataset,rate\na|b,1\n", encoding="utf-8")
+        (folder / "tables" / "t.md").write_text("### A \\`title\\` \\<b>\n\n| dataset | rate |\n|:--|--:|\n| a\\|b | 1 |\n\n- a \\*note\\*\n", encoding="utf-8")
+        code, text = make(folder)
+        self.assertEqual(code, 0)
+        self.assertIn("A `title` &lt;b&gt;", text)
+        self.assertIn("a *note*", text)
 
     def test_a_folder_that_is_none_is_a_usage_error(self):
         self.assertEqual(report.main(["--results", str(self.path / "none"), "-o", str(self.path / "p.html")]), 2)

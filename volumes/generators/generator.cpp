@@ -10,6 +10,7 @@
 
 #include "volumes/error.hpp"
 #include "volumes/generators/kinds.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::volumes {
 
@@ -40,15 +41,15 @@ void check_extent(std::string_view kind, const Extent& extent) {
 std::map<std::string, double, std::less<>> complete(const GeneratorInfo& info,
                                                     const std::map<std::string, double>& parameters) {
   std::map<std::string, double, std::less<>> values;
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   for (const GeneratorParameter& declared : info.parameters) {
     values.emplace(declared.name, declared.default_value);
-    names.push_back(declared.name);
+    names.emplace_back(declared.name);
   }
   for (const auto& [name, value] : parameters) {
     if (!values.contains(name)) {
-      throw InputError(fmt::format("generator {}: parameter: expected one of {}, found {}", info.kind,
-                                   fmt::join(names, ", "), name));
+      throw InputError(fmt::format("generator {}: parameter: expected one of {}, found {}{}", info.kind,
+                                   fmt::join(names, ", "), name, did_you_mean(name, names)));
     }
     values[name] = value;
   }
@@ -78,15 +79,15 @@ std::span<const GeneratorInfo> all_generators() {
 std::unique_ptr<VolumeSource> make_generator(std::string_view kind, const Extent& extent, std::uint64_t seed,
                                              const std::map<std::string, double>& parameters,
                                              unsigned threads) {
-  std::vector<std::string_view> kinds;
+  std::vector<std::string> kinds;
   for (const Kind& known : kTable) {
-    kinds.push_back(known.info->kind);
+    kinds.emplace_back(known.info->kind);
     if (known.info->kind != kind) continue;
     check_extent(kind, extent);
     return known.make({extent, seed, complete(*known.info, parameters), threads});
   }
   throw InputError(
-      fmt::format("generator: kind: expected one of {}, found {}", fmt::join(kinds, ", "), kind));
+      fmt::format("generator: kind: expected one of {}, found {}{}", fmt::join(kinds, ", "), kind, did_you_mean(kind, kinds)));
 }
 
 }  // namespace cvr::volumes

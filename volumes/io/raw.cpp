@@ -99,7 +99,7 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
            [&](const YamlValue& v) {
              sidecar.voxel_size = three_numbers(v, "three positive numbers [x, y, z]", true);
            }},
-          {"voxel_unit", [&](const YamlValue& v) { sidecar.voxel_unit = v.text(); }},
+          {"voxel_unit", [&](const YamlValue& v) { sidecar.voxel_unit = v.any_text(); }},
           {"offset",
            [&](const YamlValue& v) { sidecar.offset = three_numbers(v, "three numbers [x, y, z]", false); }},
           {"byte_order",
@@ -109,9 +109,9 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
              sidecar.big_endian = order == "big";
            }},
           {"offset_bytes", [&](const YamlValue& v) { sidecar.offset_bytes = number(v); }},
-          {"name", [&](const YamlValue& v) { sidecar.provenance.name = v.text(); }},
-          {"source", [&](const YamlValue& v) { sidecar.provenance.source = v.text(); }},
-          {"licence", [&](const YamlValue& v) { sidecar.provenance.licence = v.text(); }},
+          {"name", [&](const YamlValue& v) { sidecar.provenance.name = v.any_text(); }},
+          {"source", [&](const YamlValue& v) { sidecar.provenance.source = v.any_text(); }},
+          {"licence", [&](const YamlValue& v) { sidecar.provenance.licence = v.any_text(); }},
       });
   return sidecar;
 }

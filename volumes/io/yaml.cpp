@@ -1,96 +1,37 @@
+// The strict reader of YAML; yaml_document.hpp says what a document may be.
 #include "volumes/io/yaml.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <set>
 
 #include "volumes/io/file.hpp"
+#include "volumes/number_text.hpp"
+#include "volumes/yaml_document.hpp"
 
 namespace cvr::volumes {
 
+YamlValue YamlValue::from_file(const std::string& path) { return from_text(std::string(MappedFile(path).text()), path); }
+
+YamlValue YamlValue::from_text(const std::string& text, const std::string& document) {
+  return YamlValue(load_yaml(text, document), document);
+}
+
+std::string YamlValue::place() const { return yaml_place(document_, node_.Mark()); }
+
 namespace {
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row.back();
-}
-
-constexpr std::size_t kMaximumDocument = std::size_t{1} << 24;
-
-/// Whether a number is written like 010, which YAML 1.1 and C read as 8 and everybody else as 10.
-bool looks_octal(std::string_view text) {
-  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
-  return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
-}
-
-template <class T>
-std::optional<T> parse_number(const std::string& text) {
-  T value{};
-  if (looks_octal(text)) return std::nullopt;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-std::string_view unambiguous(const YAML::Node& node) {
-  return node.IsScalar() && looks_octal(node.Scalar()) ? " without a leading 0, which may mean octal" : "";
-}
-
-std::string place_of(const std::string& document, const YAML::Mark& mark) {
-  if (mark.is_null()) return document;
-  return fmt::format("{}:{}:{}", document, mark.line + 1, mark.column + 1);
+/// In quotes, as much as a line of an error holds.
+std::string shown(const std::string& text) {
+  constexpr std::size_t kLongest = 120;
+  return fmt::format("'{}'", text.size() <= kLongest ? printable(text) : printable(text.substr(0, kLongest)) + "...");
 }
 
 }  // namespace
-
-std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
-  const auto nearest =
-      std::ranges::min_element(candidates, {}, [&](const std::string& c) { return edit_distance(word, c); });
-  const std::size_t allowed = word.size() <= 3 ? 1 : std::max<std::size_t>(2, word.size() / 3);
-  if (nearest == candidates.end() || edit_distance(word, *nearest) > allowed) return "";
-  return fmt::format(" (did you mean '{}'?)", *nearest);
-}
-
-YamlValue YamlValue::from_file(const std::string& path) {
-  const MappedFile file(path);
-  if (file.bytes().size() > kMaximumDocument) {
-    throw InputError(fmt::format("{}: expected YAML of at most {} bytes, found {} bytes", path, kMaximumDocument,
-                                 file.bytes().size()));
-  }
-  return from_text(std::string(file.text()), path);
-}
-
-YamlValue YamlValue::from_text(const std::string& text, const std::string& document) {
-  try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1) {
-      throw InputError(fmt::format("{}: expected one YAML document, found {}, of which '---' begins each",
-                                   place_of(document, documents[1].Mark()), documents.size()));
-    }
-    return YamlValue(documents.empty() ? YAML::Node() : documents[0], document);
-  } catch (const YAML::ParserException& error) {
-    throw InputError(fmt::format("{}: expected YAML, found: {}", place_of(document, error.mark), error.msg));
-  }
-}
-
-std::string YamlValue::place() const { return place_of(document_, node_.Mark()); }
 
 std::string YamlValue::describe() const {
   switch (node_.Type()) {
@@ -101,7 +42,7 @@ std::string YamlValue::describe() const {
     case YAML::NodeType::Map:
       return "a map";
     case YAML::NodeType::Scalar:
-      return fmt::format("'{}'", node_.Scalar());
+      return shown(node_.Scalar());
     default:
       return "nothing";
   }
@@ -115,23 +56,33 @@ void YamlValue::reject(std::string_view message) const {
   throw InputError(fmt::format("{}: {}", place(), message));
 }
 
+void YamlValue::expected_number(const std::string& what) const {
+  if (!node_.IsScalar()) expected(what);
+  reject(fmt::format("expected {}, {}", what, found_number(node_.Scalar())));
+}
+
 std::string YamlValue::text(std::string_view what) const {
+  if (!node_.IsScalar()) expected(what);
+  if (unprintable_at(node_.Scalar())) expected(fmt::format("{} of one line without control characters", what));
+  return node_.Scalar();
+}
+
+std::string YamlValue::any_text(std::string_view what) const {
   if (!node_.IsScalar()) expected(what);
   return node_.Scalar();
 }
 
 std::uint64_t YamlValue::integer(std::uint64_t minimum, std::uint64_t maximum) const {
-  const auto value = node_.IsScalar() ? parse_number<std::uint64_t>(node_.Scalar()) : std::nullopt;
-  if (!value || *value < minimum || *value > maximum)
-    expected(fmt::format("an integer in {}..{}{}", minimum, maximum, unambiguous(node_)));
+  const auto value = node_.IsScalar() ? parse_unsigned(node_.Scalar()) : std::nullopt;
+  if (!value || *value < minimum || *value > maximum) expected_number(fmt::format("an integer in {}..{}", minimum, maximum));
   return *value;
 }
 
 double YamlValue::number(double minimum, double maximum) const {
-  const auto value = node_.IsScalar() ? parse_number<double>(node_.Scalar()) : std::nullopt;
-  if (!value || !std::isfinite(*value) || *value < minimum || *value > maximum) {
+  const auto value = node_.IsScalar() ? parse_real(node_.Scalar()) : std::nullopt;
+  if (!value || *value < minimum || *value > maximum) {
     const bool any = minimum == std::numeric_limits<double>::lowest() && maximum == std::numeric_limits<double>::max();
-    expected((any ? "a finite number" : fmt::format("a number in {}..{}", minimum, maximum)) + std::string(unambiguous(node_)));
+    expected_number(any ? "a finite number" : fmt::format("a number in {}..{}", minimum, maximum));
   }
   return *value;
 }

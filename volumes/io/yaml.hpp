@@ -8,18 +8,15 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "volumes/error.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::volumes {
-
-/// " (did you mean 'csgvr'?)" or "" if no candidate is near.
-std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
 class YamlValue {
  public:
@@ -37,7 +34,10 @@ class YamlValue {
   bool is_map() const { return node_.IsMap(); }
   bool is_scalar() const { return node_.IsScalar(); }
 
+  /// A scalar without control characters, which no name or title has a use for.
   std::string text(std::string_view what = "text") const;
+  /// A scalar, whatever it holds.
+  std::string any_text(std::string_view what = "text") const;
   std::uint64_t integer(std::uint64_t minimum, std::uint64_t maximum) const;
   double number(double minimum, double maximum) const;
   /// The elements; `what` they are; an empty list is an error.
@@ -57,6 +57,7 @@ class YamlValue {
 
  private:
   YamlValue(YAML::Node node, std::string document) : node_(std::move(node)), document_(std::move(document)) {}
+  [[noreturn]] void expected_number(const std::string& what) const;
   std::string describe() const;
 
   YAML::Node node_;

@@ -263,5 +263,42 @@ TEST_F(ConfigTest, ADamagedHashIsNoMatch) {
   EXPECT_THAT(locate(*catalogue.find("f"), {}).missing, HasSubstr("its description says 0123456789abcdef"));
 }
 
+TEST_F(ConfigTest, AxesAndExternalFilesBelongToFilesAndToTheirIdentity) {
+  const auto block = [](const std::string& dataset) { return "matrix:\n  - {datasets: [" + dataset + "], codecs: [raw], stages: [encode]}\n"; };
+  const Config plain = load(block("scan")), named = load(block("{name: scan, axes: zyx, allow_external: true}"));
+  EXPECT_EQ(named.cells.front().dataset->axes, "zyx");
+  EXPECT_TRUE(named.cells.front().dataset->allow_external);
+  EXPECT_EQ(plain.cells.front().dataset->axes, "");
+  EXPECT_FALSE(plain.cells.front().dataset->allow_external);
+  EXPECT_NE(plain.cells.front().row_key(), named.cells.front().row_key());
+  EXPECT_EQ(plain.cells.front().row_key(), "scan|4x5x6|memcpy||1|encode") << "keys of rows without axes stay as they were";
+  EXPECT_EQ(error(block("{name: scan, axes: zy}")), "c.yaml:2:39: expected the letters x, y, z and where there are such axes t and c, each once, for "
+                                                    "instance zyx, found 'zy'");
+  EXPECT_THAT(error(block("{name: scan, axes: zzyx}")), HasSubstr("found 'zzyx'"));
+  EXPECT_THAT(error(block("{name: scan, allow_external: maybe}")), HasSubstr("expected true or false, found 'maybe'"));
+  EXPECT_THAT(error(block("{name: blob, axes: zyx}")), HasSubstr("only for a file, found what is generated"));
+}
+
+TEST_F(ConfigTest, SizesThatNothingHoldsAreRefused) {
+  EXPECT_THAT(error("matrix:\n  - {datasets: [{generator: cells, extent: [1048576, 1048576, 1048576]}], codecs: [raw], stages: [encode]}\n"),
+              HasSubstr("voxels in all"));
+  folder_.write("datasets/a.yaml", "huge:\n  title: T\n  kind: labels\n  type: u8\n  extent: [1099511627776, 1099511627776, 1]\n  file: x.h5\n");
+  EXPECT_THROW(Catalogue::from_folder(folder_ / "datasets"), volumes::InputError);
+}
+
+TEST_F(ConfigTest, NamesAreOneLineWithoutControlCharacters) {
+  for (const char* title : {"\"a\\nb\"", "\"\\e[2J\"", "\"\\x9b\"", "|\n  a\n  b"})
+    EXPECT_THAT(error(std::string("title: ") + title + "\nmatrix: []\n"), HasSubstr("of one line without control characters")) << title;
+  const std::string table = std::string(kGood) + "tables:\n  - {name: NAME, title: b, rows: [dataset], columns: [rate]}\n";
+  const auto named = [&](const std::string& name) { return std::string(table).replace(table.find("NAME"), 4, name); };
+  for (const char* name : {"../a", "a/b", ".a", "\"\"", "\"a\\tb\""}) EXPECT_NE(error(named(name)), "no error") << name;
+  EXPECT_EQ(error(named("a b")), "no error");
+  EXPECT_THAT(error(named("a") + "  - {name: a, title: b, rows: [dataset], columns: [rate]}\n"), HasSubstr("tables of different names, found 'a' twice"));
+}
+
+TEST_F(ConfigTest, StagesHaveNeighbours) {
+  EXPECT_THAT(error("matrix:\n  - {datasets: [blob], codecs: [raw], stages: [encdoe]}\n"), HasSubstr("(did you mean 'encode'?)"));
+}
+
 }  // namespace
 }  // namespace cvr::experiments

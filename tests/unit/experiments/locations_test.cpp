@@ -1,0 +1,75 @@
+// Where the voxels of a data set are, and what of it a worker is told.
+#include <gtest/gtest.h>
+
+#include "experiments/datasets.hpp"
+#include "experiments/stages/stage.hpp"
+#include "scratch_folder.hpp"
+#include "volumes/io/io.hpp"
+
+namespace cvr::experiments {
+namespace {
+
+class Locations : public testing::Test {
+ protected:
+  void SetUp() override {
+    volumes::VolumeInfo info;
+    info.extent = {4, 5, 6};
+    info.voxel_size = {1, 2, 3};
+    info.voxel_unit = "nm";
+    info.offset = {10, 20, 30};
+    volumes::Volume volume(info);
+    for (std::size_t i = 0; i < volume.extent().voxels(); ++i) volume.voxels<std::uint8_t>()[i] = static_cast<std::uint8_t>(i);
+    volumes::write_volume(folder_ / "v.nrrd", volumes::MemorySource(volume));
+    dataset_.name = "v";
+    dataset_.extent = dataset_.full_extent = info.extent;
+    dataset_.file = folder_ / "v.nrrd";
+  }
+  ScratchFolder folder_;
+  Dataset dataset_;
+};
+
+TEST_F(Locations, ExchangedAxesExchangeSizeAndOffsetAndKeepTheFiles) {
+  dataset_.exchange_axes = true;
+  const Location location = locate(dataset_, {});
+  ASSERT_TRUE(location.present) << location.missing;
+  const auto source = open_location(location, 1);
+  EXPECT_EQ(source->info().extent, (volumes::Extent{6, 5, 4}));
+  EXPECT_EQ(source->info().voxel_size, (std::array<double, 3>{3, 2, 1}));
+  EXPECT_EQ(source->info().offset, (std::array<double, 3>{30, 20, 10}));
+  EXPECT_EQ(location.info.offset, source->info().offset);
+  dataset_.exchange_axes = false;
+  const auto in_order = open_location(locate(dataset_, {}), 1);
+  EXPECT_EQ(source->files(), in_order->files());
+  EXPECT_EQ(source->provenance(), in_order->provenance());
+}
+
+TEST_F(Locations, AxesAndExternalFilesAreToldToWorkersAndNameAnotherIdentity) {
+  const Location plain = locate(dataset_, {});
+  Dataset named = dataset_;
+  named.allow_external = true;
+  const Location external = locate(named, {});
+  ASSERT_TRUE(plain.present && external.present);
+  EXPECT_NE(plain.identity, external.identity);
+  WorkerSpec spec;
+  spec.location = external;
+  spec.location.axes = "zyx";
+  spec.codec = "raw";
+  const Location told = worker_spec_from_json(to_json_line(spec)).location;
+  EXPECT_EQ(told.axes, "zyx");
+  EXPECT_TRUE(told.allow_external);
+}
+
+TEST(Sizes, ProductsDoNotOverflow) {
+  EXPECT_FALSE(is_too_large({1 << 16, 1 << 16, 1 << 16}));
+  EXPECT_TRUE(is_too_large({1 << 16, 1 << 16, (1 << 16) + 1}));
+  EXPECT_TRUE(is_too_large({std::uint64_t{1} << 40, std::uint64_t{1} << 40, std::uint64_t{1} << 40}));
+  EXPECT_TRUE(is_too_large({1, 1, 1}, UINT64_MAX));
+}
+
+TEST(Sizes, AxesAreLettersEachOnce) {
+  for (const char* good : {"xyz", "zyx", "tzyxc", "xyzt"}) EXPECT_TRUE(are_axes(good)) << good;
+  for (const char* bad : {"", "xy", "xyzz", "xyzq", "XYZ", "xyz "}) EXPECT_FALSE(are_axes(bad)) << bad;
+}
+
+}  // namespace
+}  // namespace cvr::experiments
