@@ -7,7 +7,6 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
-#include <unordered_set>
 #include <vector>
 
 #include "volumes/error.hpp"
@@ -212,33 +211,6 @@ class ExchangedSource final : public VolumeSource {
   std::vector<std::string> files_;
 };
 
-/// Distinct labels of a label volume, 0 of scalars.
-std::uint64_t count_labels(const VolumeSource& source) {
-  const VolumeInfo& info = source.info();
-  if (info.kind != volumes::VolumeKind::kLabels) return 0;
-  std::unordered_set<std::uint64_t> labels;
-  volumes::SlabReader reader(source);
-  for (std::uint64_t z = 0; z < info.extent.z; ++z) {
-    const std::byte* plane = reader.read(z, z + 1);
-    volumes::with_label_type(info.type, [&]<class T>() {
-      const std::span voxels(reinterpret_cast<const T*>(plane), info.extent.x * info.extent.y);
-      for (std::size_t i = 0; i < voxels.size(); ++i) {
-        if (i == 0 || voxels[i] != voxels[i - 1]) labels.insert(voxels[i]);
-      }
-    });
-  }
-  return labels.size();
-}
-
-std::string hash_voxels(const VolumeSource& source) {
-  Hash hash;
-  volumes::SlabReader reader(source);
-  const VolumeInfo& info = source.info();
-  const std::size_t plane = info.extent.x * info.extent.y * size_of(info.type);
-  for (std::uint64_t z = 0; z < info.extent.z; ++z) hash.add(reader.read(z, z + 1), plane);
-  return hash.digits();
-}
-
 }  // namespace
 
 bool are_axes(const std::string& text) {
@@ -294,36 +266,6 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
   if (!location.path.empty()) return volumes::open_volume(location.path, {location.info.kind, location.axes, location.allow_external});
   return volumes::make_generator(location.generator->kind, location.info.step_extent(), location.generator->seed,
                                  location.generator->parameters, threads);
-}
-
-RawCopy materialise(const Location& location, const Places& places, unsigned threads) {
-  std::error_code error;
-  fs::create_directories(places.cache, error);
-  if (error)
-    throw InputError(
-        fmt::format("{}: expected a folder that can be made, found: {}", places.cache, error.message()));
-  const std::string path = (fs::path(places.cache) / (location.identity + ".raw")).string();
-  const std::string hash_path = path + ".hash";
-  std::string content_hash;
-  std::uint64_t labels = 0;
-  if (std::ifstream in(hash_path); in >> content_hash >> labels && content_hash.size() == 16 &&
-                                   fs::exists(path, error) &&
-                                   fs::file_size(path, error) == location.info.bytes()) {
-    return {path, content_hash, labels};
-  }
-  const auto free_bytes = fs::space(places.cache, error).available;
-  if (error || location.info.bytes() > free_bytes / 2) return {};
-  volumes::write_volume(path, *open_location(location, threads));
-  const auto copy = volumes::open_volume(path, location.info.kind);
-  content_hash = hash_voxels(*copy);
-  labels = count_labels(*copy);
-  const std::string unfinished = hash_path + ".part";
-  std::ofstream out(unfinished);
-  out << content_hash << ' ' << labels << '\n';
-  out.close();
-  if (!out) throw InputError(fmt::format("{}: expected to write the hash, found a write error", hash_path));
-  fs::rename(unfinished, hash_path);
-  return {path, content_hash, labels};
 }
 
 }  // namespace cvr::experiments

@@ -1,5 +1,5 @@
 // What is measured on: the catalogue of data sets (configs/datasets/*.yaml, keys explained in paper.yaml
-// there), where their voxels are on this machine, and the raw copies that workers map.
+// there), and where their voxels are on this machine.
 //
 // A data set has a file, a generator, or a file with a generator that stands in for it where the file is
 // absent. Its identity is known without its voxels: of a file the hash of its bytes; of a generated volume
@@ -99,16 +99,5 @@ struct Location {
 Location locate(const Dataset& dataset, const Places& places);
 
 std::unique_ptr<volumes::VolumeSource> open_location(const Location& location, unsigned threads);
-
-/// A copy of raw voxels that processes map and so share.
-struct RawCopy {
-  std::string
-      path;  ///< empty: streamed from the location, since the copy would take more than half of the free disk
-  std::string content_hash;  ///< XXH3-64 of the voxels; empty if streamed
-  std::uint64_t labels = 0;  ///< distinct labels; 0 if streamed or scalars
-};
-
-/// Makes the copy unless it is there. Throws InputError.
-RawCopy materialise(const Location& location, const Places& places, unsigned threads);
 
 }  // namespace cvr::experiments

@@ -1,29 +1,56 @@
 #include "experiments/journal.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
-#include <fstream>
+
+#include "experiments/samples.hpp"
+#include "volumes/error.hpp"
+#include "volumes/json_text.hpp"
+#include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {
 
+namespace {
+
+constexpr std::size_t kQuoted = 40;  ///< bytes of a line that an error shows
+
+bool is_round(const Row& line) {
+  return line.is_object() && line.contains("cell") && line["cell"].is_string() && line.contains("origin") &&
+         line["origin"].is_string() && line.contains("samples");
+}
+
+}  // namespace
+
 Journal::Journal(const std::string& path, std::string origin, bool anew) : path_(path), origin_(std::move(origin)) {
   if (anew) std::filesystem::remove(path_);
-  std::ifstream in(path_);
-  for (std::string line; std::getline(in, line);) {
-    const Row round = Row::parse(line, nullptr, false);
-    // A torn last line is no JSON; a line of another build is none of ours.
-    if (!round.is_object() || round.value("origin", "") != origin_ || !round.contains("samples")) continue;
-    rounds_[round.value("cell", "")].push_back(round["samples"]);
-  }
+  for_each_line(path_, [this](std::size_t number, std::string_view text) {
+    const Row line = volumes::parse_json(text, path_, number);
+    const auto fail = [&](std::string_view expected) {
+      throw volumes::InputError(
+          fmt::format("{}:{}: expected a round ({}), found '{}'; without this file --resume measures the cells "
+                      "that have no rows from their first round",
+                      path_, number, expected, volumes::printable(text.substr(0, kQuoted))));
+    };
+    if (!is_round(line)) fail("a JSON object with cell, origin and samples");
+    if (line["origin"].get_ref<const std::string&>() != origin_) return;
+    auto samples = samples_from(line["samples"]);
+    if (!samples || !line.contains("seconds") || !line["seconds"].is_number())
+      fail("samples of series, seconds, CPU seconds and count; seconds");
+    rounds_[line["cell"].get<std::string>()].push_back({std::move(*samples), line["seconds"].get<double>()});
+  });
   writer_.emplace(path_);
 }
 
-std::vector<Row> Journal::rounds_of(const std::string& cell) const {
+const std::vector<Round>& Journal::rounds_of(const std::string& cell) const {
+  static const std::vector<Round> kNone;
   const auto found = rounds_.find(cell);
-  return found == rounds_.end() ? std::vector<Row>() : found->second;
+  return found == rounds_.end() ? kNone : found->second;
 }
 
-void Journal::append(const std::string& cell, const Row& samples) {
-  writer_->append({{"cell", cell}, {"origin", origin_}, {"samples", samples}});
+void Journal::append(const std::string& cell, const Round& round) {
+  const Row line{{"cell", cell}, {"origin", origin_}, {"seconds", round.seconds}, {"samples", to_row(round.samples)}};
+  writer_->append(line.dump(-1, ' ', false, Row::error_handler_t::replace));
 }
 
 void Journal::remove() {

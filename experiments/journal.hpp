@@ -10,24 +10,33 @@
 #include <string>
 #include <vector>
 
-#include "experiments/rows.hpp"
+#include "experiments/json_lines.hpp"
+#include "experiments/stages/stage.hpp"
 
 namespace cvr::experiments {
 
+struct Round {
+  std::vector<Sample> samples;
+  double seconds = 0;  ///< that the round took as its parent sees it
+};
+
 class Journal {
  public:
-  /// `origin` names machine and build. `anew` throws older rounds away.
+  /// `origin` names what rounds that may be mixed have in common: machine, build, what the configuration asks of a round. `anew` throws
+  /// older rounds away. Only who holds the lock of the folder may make one. Throws OutputError, and InputError: "FILE:LINE: ..." for a
+  /// line that is no round.
   Journal(const std::string& path, std::string origin, bool anew);
-  /// The samples of each round of a cell so far, as the workers sent them.
-  std::vector<Row> rounds_of(const std::string& cell) const;
-  void append(const std::string& cell, const Row& samples);
+  /// The rounds of a cell so far.
+  const std::vector<Round>& rounds_of(const std::string& cell) const;
+  /// Throws OutputError.
+  void append(const std::string& cell, const Round& round);
   /// All cells have their rows.
   void remove();
 
  private:
   std::string path_, origin_;
-  std::map<std::string, std::vector<Row>> rounds_;
-  std::optional<RowWriter> writer_;
+  std::map<std::string, std::vector<Round>> rounds_;
+  std::optional<LineWriter> writer_;
 };
 
 }  // namespace cvr::experiments

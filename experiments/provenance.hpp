@@ -9,8 +9,13 @@
 namespace cvr::experiments {
 
 /// revision, version, compiler, flags, build_type, cpu, cores, memory_bytes, kernel, os, and `machine`: a
-/// fingerprint of cpu, cores and memory. Times compare only between rows with the same fingerprint.
+/// fingerprint of cpu, cores and memory. Times compare only between rows with the same fingerprint. Beside these what may explain a
+/// difference: libc, versions of the libraries, CPU features that the program was compiled for and that are there, and settings of the
+/// system (governor, turbo, transparent huge pages), "unknown" where it does not tell.
 Row describe_machine_and_build();
+
+/// A text of machine and build without the settings of the system: rounds with different texts are not mixed.
+std::string what_times_depend_on(const Row& provenance);
 
 /// "2026-01-31T12:00:00Z".
 std::string utc_now();

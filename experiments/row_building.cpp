@@ -95,6 +95,22 @@ Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& proven
   return row;
 }
 
+std::string describe_end(const PlannedCell& planned, const Row& row) {
+  const std::string status = row.at("status").get<std::string>();
+  const std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
+  if (status != kOk) return fmt::format("{} ({})", text, row.at("reason").get<std::string>());
+  if (row.contains("frames")) {
+    return fmt::format("{}, {:.4g} ms a frame, {} rounds", text, row["frames"]["mean_ms"].get<double>(),
+                       row["time"]["rounds"].get<int>());
+  }
+  if (row["time"].contains("seconds")) {
+    return fmt::format("{}, {:.4g} s, {} rounds", text, row["time"]["seconds"]["median"].get<double>(),
+                       row["time"]["rounds"].get<int>());
+  }
+  if (row["access"].empty()) return text;
+  return fmt::format("{}, {:.4g} ns a voxel", text, row["access"][0]["ns_per_voxel"]["median"].get<double>());
+}
+
 void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop, Row& row) {
   const volumes::VolumeInfo& info = planned.location->info;
   Row& time = row["time"];

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "experiments/plan.hpp"
+#include "experiments/raw_copies.hpp"
 #include "experiments/rows.hpp"
 #include "experiments/stages/stage.hpp"
 #include "experiments/statistics.hpp"
@@ -31,6 +32,9 @@ struct Measured {
 /// Identity, status, reason and provenance; the parts of a row that need no measurement.
 Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& provenance,
               const std::string& config_hash, std::string_view status, const std::string& reason);
+
+/// One line on how a cell has ended, of its row: what it is, the status, and the reason or the most important time.
+std::string describe_end(const PlannedCell& planned, const Row& row);
 
 /// "time" and, for random access, "access", for the stage render "frames" and what "held" has of times.
 void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop, Row& row);

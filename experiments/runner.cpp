@@ -1,27 +1,28 @@
 #include "experiments/runner.hpp"
 
 #include <fmt/format.h>
-#include <fnmatch.h>
+#include <fmt/ranges.h>
+#include <xxhash.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
-#include <cstring>
-#include <filesystem>
 #include <random>
 #include <thread>
 
+#include "experiments/cell_failure.hpp"
 #include "experiments/journal.hpp"
 #include "experiments/provenance.hpp"
+#include "experiments/raw_copies.hpp"
 #include "experiments/row_building.hpp"
+#include "experiments/run_folder.hpp"
+#include "experiments/samples.hpp"
+#include "experiments/worker_setup.hpp"
 #include "experiments/worker_process.hpp"
 #include "gpu/vulkan/device.hpp"
 
 namespace cvr::experiments {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kGrace = 5;  // seconds for a worker to free its memory and end
 
@@ -33,10 +34,12 @@ double now_seconds() {
 struct Side {
   std::size_t contender;
   std::unique_ptr<WorkerProcess> worker;
+  WorkerLimits limits;
   Row parts;  ///< of the check
   Measured measured;
   double busy_seconds = 0;  ///< in rounds
   double check_seconds = 0;
+  std::size_t left_out = 0;  ///< rounds of the journal beyond the largest number
 };
 
 /// A cell that is being measured.
@@ -45,56 +48,68 @@ struct Active {
   std::vector<Side> sides;  ///< one a contender
 };
 
-std::vector<Sample> samples_of(const Row& round) {
-  std::vector<Sample> samples;
-  for (const Row& s : round) {
-    samples.push_back({s.at(0).get<std::string>(), s.at(1).get<double>(), s.at(2).get<double>(),
-                       s.at(3).get<std::uint64_t>()});
-  }
-  return samples;
-}
-
 class Runner {
  public:
   Runner(const Config& config, const RunOptions& options)
       : config_(config),
         options_(options),
         provenance_(describe_machine_and_build()),
-        journal_((fs::path(options.contenders.front().out) / "journal.jsonl").string(), provenance_.dump(),
-                 options.redo || options.contenders.size() > 1),
-        cores_(std::max(1u, std::thread::hardware_concurrency())) {
-    for (const Contender& contender : options.contenders) {
-      outputs_.push_back({contender.out, std::make_unique<RowWriter>((fs::path(contender.out) / "rows.jsonl").string()),
-                          (fs::path(contender.out) / "scratch").string(), provenance_});
-      if (options.contenders.size() > 1) outputs_.back().provenance["revision"] = revision_of(contender.program);
-    }
-  }
+        outputs_(make_outputs(options, provenance_)),
+        journal_(outputs_.front().folder->file("journal.jsonl"), origin(), options.redo || options.contenders.size() > 1),
+        cores_(std::max(1u, std::thread::hardware_concurrency())) {}
 
   RunSummary run() {
-    const auto rows = load_rows((fs::path(options_.contenders.front().out) / "rows.jsonl").string());
+    auto rows = load_rows(outputs_.front().folder->file("rows.jsonl"));
+    for (const Row& row : rows) last_[row["cell"].get<std::string>()] = {row["status"].get<std::string>(), row.value("reason", "")};
+    rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(std::min(options_.ignored_rows, rows.size())));
     const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
     summary_.total = plan.size();
     for (const PlannedCell& planned : plan) {
       if (planned.decision == Decision::kRun) expected_seconds_ += planned.expected_seconds;
     }
     require_device(plan);
-    for (const Output& output : outputs_) {
-      fs::remove_all(output.scratch);
-      fs::create_directories(output.scratch);
-    }
     for (std::size_t first = 0; first < plan.size() && !interrupted();) {
       std::size_t last = first;
       while (last < plan.size() && plan[last].location == plan[first].location) ++last;
       run_dataset({plan.data() + first, last - first});
       first = last;
     }
-    for (const Output& output : outputs_) fs::remove_all(output.scratch);
     summary_.interrupted = interrupted();
     if (!summary_.interrupted) journal_.remove();
     return summary_;
   }
 
  private:
+  /// A contender's.
+  struct Output {
+    std::unique_ptr<RunFolder> folder;
+    Row provenance;
+  };
+
+  /// The locks of all folders are held before anything is changed in one of them.
+  static std::vector<Output> make_outputs(const RunOptions& options, const Row& provenance) {
+    std::vector<std::shared_ptr<const FolderLock>> locks;
+    for (const Contender& contender : options.contenders) locks.push_back(FolderLock::take(contender.out));
+    std::vector<Output> outputs;
+    for (const Contender& contender : options.contenders) {
+      outputs.push_back({std::make_unique<RunFolder>(contender.out), provenance});
+      if (options.contenders.size() > 1) outputs.back().provenance["revision"] = revision_of(contender.program);
+    }
+    return outputs;
+  }
+
+  /// What rounds have in common that may be put together: machine and build, and what the configuration asks of a round.
+  std::string origin() const {
+    const std::string text = fmt::format("{} seed {} lods {} memory {}", what_times_depend_on(provenance_), config_.seed,
+                                         fmt::join(config_.lods, ","), config_.memory_limit_gib);
+    return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+  }
+
+  /// A cell in the journal: rounds on other voxels are not its own.
+  std::string in_journal(const PlannedCell& planned) const {
+    return fmt::format("{} {}", planned.id, copy_.content_hash.empty() ? "streamed" : copy_.content_hash);
+  }
+
   /// One clear end in place of a failed row a cell where nothing can draw. Throws gpu::DeviceError.
   void require_device(const std::vector<PlannedCell>& plan) const {
     const bool draws = std::ranges::any_of(plan, [](const PlannedCell& planned) {
@@ -116,31 +131,32 @@ class Runner {
 
   /// The last contender's row ends the cell.
   void write(const PlannedCell& planned, std::size_t contender, const Row& row) {
-    outputs_[contender].rows->append(row);
-    if (contender + 1 < outputs_.size()) return;
+    outputs_[contender].folder->append(row);
+    if (contender + 1 == outputs_.size()) count(planned, row);
+  }
+
+  void count(const PlannedCell& planned, const Row& row) {
     ++ended_;
     if (planned.decision == Decision::kRun) expected_done_ += planned.expected_seconds;
     const std::string status = row["status"].get<std::string>();
     ++summary_.by_status[status];
-    std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
-    if (status != kOk) {
-      text += fmt::format(" ({})", row["reason"].get<std::string>());
-    } else if (row.contains("frames")) {
-      text += fmt::format(", {:.4g} ms a frame, {} rounds", row["frames"]["mean_ms"].get<double>(),
-                          row["time"]["rounds"].get<int>());
-    } else if (row["time"].contains("seconds")) {
-      text += fmt::format(", {:.4g} s, {} rounds", row["time"]["seconds"]["median"].get<double>(),
-                          row["time"]["rounds"].get<int>());
-    } else if (!row["access"].empty()) {
-      text += fmt::format(", {:.4g} ns a voxel", row["access"][0]["ns_per_voxel"]["median"].get<double>());
-    }
-    say(text, true);
+    say(describe_end(planned, row), true);
   }
 
+  /// A row a contender, but none where the last row of the cell says the same.
   void end_without_measurement(const PlannedCell& planned, std::string_view status,
                                const std::string& reason) {
-    for (std::size_t i = 0; i < outputs_.size(); ++i)
-      write(planned, i, start_row(planned, copy_, outputs_[i].provenance, config_.hash, status, reason));
+    const auto last = last_.find(planned.id);
+    const bool known = !options_.redo && last != last_.end() && last->second == std::pair(std::string(status), reason);
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      const Row row = start_row(planned, copy_, outputs_[i].provenance, config_.hash, status, reason);
+      if (!known) {
+        write(planned, i, row);
+      } else if (i + 1 == outputs_.size()) {
+        count(planned, row);
+      }
+    }
+    last_[planned.id] = {std::string(status), reason};
   }
 
   void run_dataset(std::span<const PlannedCell> cells) {
@@ -167,9 +183,15 @@ class Runner {
     say(fmt::format("{}: preparing {}", to_run.front()->cell.dataset->name,
                     to_string(to_run.front()->location->info.extent)));
     try {
-      copy_ = materialise(*to_run.front()->location, options_.places, cores_);
+      copy_ = materialise(*to_run.front()->location, options_.places, cores_, [this] { return interrupted(); });
+    } catch (const Interrupted&) {
+      return;
     } catch (const volumes::InputError& error) {
       for (const PlannedCell* planned : to_run) end_without_measurement(*planned, kDataMissing, error.what());
+      return;
+    } catch (const volumes::OutputError& error) {
+      summary_.environment_failures += to_run.size();
+      for (const PlannedCell* planned : to_run) end_without_measurement(*planned, kFailed, error.what());
       return;
     }
     for (const Stage stage : kStages) {
@@ -179,9 +201,7 @@ class Runner {
       }
       run_groups(group);
     }
-    for (const Output& output : outputs_) {
-      for (const auto& file : fs::directory_iterator(output.scratch)) fs::remove(file);
-    }
+    for (const Output& output : outputs_) output.folder->empty_scratch();
   }
 
   /// Cuts what would not fit into memory together, in the order of the configuration.
@@ -205,47 +225,6 @@ class Runner {
                                       groups[i].size(), i + 1, groups.size(), cells.size());
       run_group(groups[i]);
     }
-  }
-
-  /// OUT/pictures/DATASET-CODEC-SCENE-ID, whatever characters the names have.
-  static std::string place_of_pictures(const PlannedCell& planned, const std::string& out) {
-    std::string name = fmt::format("{}-{}-{}-{}", planned.cell.dataset->name, planned.cell.codec,
-                                   fs::path(planned.cell.render->scene).stem().string(), planned.id);
-    std::ranges::replace_if(
-        name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_' && c != '.'; }, '_');
-    const fs::path folder = fs::path(out) / "pictures";
-    fs::create_directories(folder);
-    return fs::absolute(folder / name).string();
-  }
-
-  /// A contender's.
-  struct Output {
-    std::string out;
-    std::unique_ptr<RowWriter> rows;
-    std::string scratch;
-    Row provenance;
-  };
-
-  WorkerSpec spec_of(const PlannedCell& planned, const Output& output) const {
-    WorkerSpec spec;
-    spec.location = *planned.location;
-    spec.raw_path = copy_.path;
-    spec.codec = planned.cell.codec;
-    spec.parameters = planned.cell.parameters.canonical();
-    spec.stage = planned.cell.stage;
-    spec.threads = planned.cell.threads.count;
-    spec.bytes_per_voxel = planned.cell.dataset->bytes_per_voxel;
-    spec.memory_limit = static_cast<std::uint64_t>(config_.memory_limit_gib * (1 << 30));
-    spec.scratch = output.scratch;
-    spec.seed = config_.seed;
-    spec.lods = config_.lods;
-    spec.render = planned.cell.render;
-    if (spec.render && spec.render->keep_pictures) spec.pictures = place_of_pictures(planned, output.out);
-    if (config_.test_fault && fnmatch(config_.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
-        fnmatch(config_.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
-      spec.fault = config_.test_fault->fault;
-    }
-    return spec;
   }
 
   void run_group(const std::vector<const PlannedCell*>& cells) {
@@ -273,23 +252,44 @@ class Runner {
     }
   }
 
+  /// An answer, or what came in its place.
+  WorkerProcess::Wait ask(Side& side, const std::string& text, Row& message) const {
+    side.worker->send(text);
+    return side.worker->receive(config_.timeout_s, message, options_.interrupted);
+  }
+
   /// False when a contender's check failed, and the cell has ended with it.
   bool check_all(Active& one) {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      Side& side = one.sides.emplace_back(Side{i, std::make_unique<WorkerProcess>(options_.contenders[i].program), {}, {}});
+      const WorkerSpec spec = make_spec(config_, *one.planned, copy_, *outputs_[i].folder);
+      const WorkerLimits limits = limits_of(config_, spec);
+      const std::string& program = options_.contenders[i].program;
+      Side& side = one.sides.emplace_back(Side{i, std::make_unique<WorkerProcess>(program, limits), limits, {}, {}});
       const double start = now_seconds();
-      side.worker->send(to_json_line(spec_of(*one.planned, outputs_[i])));
       Row message;
-      const auto outcome = side.worker->receive(config_.timeout_s, message);
+      const auto outcome = ask(side, to_json_line(spec), message);
       side.check_seconds = now_seconds() - start;
-      if (outcome != WorkerProcess::Wait::kMessage || message.value("event", "") != "ready") {
+      if (outcome != WorkerProcess::Wait::kMessage || message["event"] != "ready" || !message.contains("parts") ||
+          !message["parts"].is_object()) {
         end_badly(one, side, outcome, message, "the check");
         return false;
       }
       side.parts = message["parts"];
     }
-    for (const Row& round : journal_.rounds_of(one.planned->id)) one.sides.front().measured.add(samples_of(round));
+    recall_rounds(*one.planned, one.sides.front());
     return true;
+  }
+
+  /// Rounds of a run that was interrupted.
+  void recall_rounds(const PlannedCell& planned, Side& side) {
+    for (const Round& round : journal_.rounds_of(in_journal(planned))) {
+      if (side.measured.rounds >= config_.max_rounds) {
+        ++side.left_out;
+        continue;
+      }
+      side.measured.add(round.samples);
+      side.busy_seconds += round.seconds;
+    }
   }
 
   /// Fisher-Yates; std::shuffle's order differs between libraries.
@@ -318,17 +318,23 @@ class Runner {
   }
 
   bool do_round_of(Active& one, Side& side) {
+    // A cell that has all its rounds from the journal makes one for the record of its memory, and no time comes of it.
+    const bool counts = one.sides.size() > 1 || reason_to_stop(side).empty();
     const double start = now_seconds();
-    side.worker->send("round\n");
     Row message;
-    const auto outcome = side.worker->receive(config_.timeout_s, message);
-    if (outcome != WorkerProcess::Wait::kMessage || message.value("event", "") != "round") {
+    auto outcome = ask(side, "round\n", message);
+    std::optional<std::vector<Sample>> samples;
+    if (outcome == WorkerProcess::Wait::kMessage && message["event"] == "round" && message.contains("samples"))
+      samples = samples_from(message["samples"]);
+    if (!samples) {
       end_badly(one, side, outcome, message, fmt::format("round {}", side.measured.rounds + 1));
       return false;
     }
-    side.busy_seconds += now_seconds() - start;
-    side.measured.add(samples_of(message["samples"]));
-    if (one.sides.size() == 1) journal_.append(one.planned->id, message["samples"]);
+    if (!counts) return true;
+    const Round round{std::move(*samples), now_seconds() - start};
+    side.busy_seconds += round.seconds;
+    side.measured.add(round.samples);
+    if (one.sides.size() == 1) journal_.append(in_journal(*one.planned), round);
     return true;
   }
 
@@ -336,8 +342,10 @@ class Runner {
     const std::size_t rounds = side.measured.rounds;
     if (rounds >= config_.rounds && side.measured.relative_interval() <= config_.target_interval)
       return "target interval reached";
-    if (rounds >= config_.max_rounds)
-      return "largest number of rounds, the interval is wider than the target";
+    if (rounds >= config_.max_rounds) {
+      return fmt::format("largest number of rounds, the interval is wider than the target{}",
+                         side.left_out == 0 ? "" : fmt::format("; {} more of an interrupted run are left out", side.left_out));
+    }
     if (side.busy_seconds >= config_.timeout_s) return fmt::format("time-out after {} rounds", rounds);
     return "";
   }
@@ -345,58 +353,52 @@ class Runner {
   void end_well(const PlannedCell& planned, Side& side, const std::string& stop) {
     side.worker->send("stop\n");
     const WorkerEnd end = side.worker->finish(kGrace);
-    Row row = start_row(planned, copy_, outputs_[side.contender].provenance, config_.hash, kOk, "");
-    for (const auto& [key, value] : side.parts.items()) row[key] = value;
-    add_times(planned, side.measured, stop, row);
-    const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
-    row["memory"]["peak_bytes"] = end.peak_bytes;
-    row["memory"]["peak_over_input"] = end.peak_bytes > input ? end.peak_bytes - input : 0;
-    row["interleave_group"] = group_text_;
-    row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
-    write(planned, side.contender, row);
+    write(planned, side.contender, row_of(planned, side, stop, end));
+  }
+
+  Row row_of(const PlannedCell& planned, const Side& side, const std::string& stop, const WorkerEnd& end) const {
+    const Row& provenance = outputs_[side.contender].provenance;
+    try {
+      Row row = start_row(planned, copy_, provenance, config_.hash, kOk, "");
+      for (const auto& [key, value] : side.parts.items()) row[key] = value;
+      add_times(planned, side.measured, stop, row);
+      const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
+      row["memory"]["peak_bytes"] = end.peak_bytes;
+      row["memory"]["peak_over_input"] = end.peak_bytes > input ? end.peak_bytes - input : 0;
+      row["interleave_group"] = group_text_;
+      row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
+      return row;
+    } catch (const std::logic_error& error) {  // parts or series that are none
+      return start_row(planned, copy_, provenance, config_.hash, kFailed, fmt::format("gave answers that are none: {}", error.what()));
+    } catch (const Row::exception& error) {
+      return start_row(planned, copy_, provenance, config_.hash, kFailed, fmt::format("gave answers that are none: {}", error.what()));
+    }
   }
 
   /// A row a contender for a cell that did not come to its end, unless the run was interrupted instead.
   void end_badly(const Active& one, Side& side, WorkerProcess::Wait outcome, const Row& message, const std::string& when) {
     if (outcome == WorkerProcess::Wait::kInterrupted || interrupted()) return;
-    const bool hangs = outcome == WorkerProcess::Wait::kTimeout;
-    const WorkerEnd end = side.worker->finish(hangs ? 0 : kGrace);
-    std::string status(kFailed), reason;
-    if (hangs) {
-      status = kTimeout;
-      reason = fmt::format("{} took longer than {} s", when, config_.timeout_s);
-    } else if (outcome == WorkerProcess::Wait::kMessage) {
-      if (message.value("environment", false)) ++summary_.environment_failures;
-      status = message.value("status", std::string(kFailed));
-      reason = message.value("reason", "an answer that is none");
-    } else if (end.signal == SIGKILL && !side.worker->killed()) {
-      status = kOutOfMemory;
-      reason = fmt::format("killed by the system in {}, as it does when memory runs out", when);
-    } else {
-      const std::string how = end.signal != 0
-                                  ? fmt::format("signal {} ({})", end.signal, strsignal(end.signal))
-                                  : fmt::format("exit code {}", end.exit_code);
-      reason = fmt::format("crashed in {}: {}{}{}", when, how, end.complaints.empty() ? "" : ": ", end.complaints);
-    }
+    const CellFailure failure = end_and_explain(*side.worker, outcome, message, when, config_.timeout_s, side.limits);
+    if (interrupted()) return;
+    if (failure.environment) ++summary_.environment_failures;
+    end_as(one, side, failure);
+  }
+
+  void end_as(const Active& one, const Side& side, const CellFailure& failure) {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       const bool own = i == side.contender;
       write(*one.planned, i,
-            start_row(*one.planned, copy_, outputs_[i].provenance, config_.hash, own ? status : std::string(kFailed),
-                      own ? reason : fmt::format("not measured: the other program's cell has ended: {}", reason)));
+            start_row(*one.planned, copy_, outputs_[i].provenance, config_.hash, own ? failure.status : std::string(kFailed),
+                      own ? failure.reason
+                          : fmt::format("not measured: the other program's cell has ended: {}", failure.reason)));
     }
-  }
-
-  /// What `PROGRAM --version` says in brackets.
-  static std::string revision_of(const std::string& program) {
-    const std::string line = first_line_of(fs::canonical(program).string(), "--version");
-    const std::size_t from = line.find('('), to = line.find(')');
-    return from == std::string::npos || to == std::string::npos ? line : line.substr(from + 1, to - from - 1);
   }
 
   const Config& config_;
   const RunOptions& options_;
   Row provenance_;
-  std::vector<Output> outputs_;  ///< one a contender
+  std::vector<Output> outputs_;                                      ///< one a contender
+  std::map<std::string, std::pair<std::string, std::string>> last_;  ///< status and reason of the last row of each cell
   Journal journal_;
   unsigned cores_;
   RawCopy copy_;
@@ -409,7 +411,6 @@ class Runner {
 }  // namespace
 
 RunSummary run_config(const Config& config, const RunOptions& options) {
-  for (const Contender& contender : options.contenders) fs::create_directories(contender.out);
   return Runner(config, options).run();
 }
 

@@ -6,6 +6,10 @@
 // interval is below the target, or the largest number of rounds, or its time-out; the row says which. Where
 // the workers of a group would need more memory than there is, the group is cut.
 //
+// While a run goes on no other one can write to its folder (run_folder.hpp). However it ends, no worker outlives it. A cell's crash, hang,
+// flood of output, or exhaustion of memory or disk is a row, never the end of the run; what ends a run is the user, or that rows and
+// journal cannot be written.
+//
 // Two programs can run side by side (RunOptions::contenders): each cell then has a worker of each, which take every round one right after the
 // other, the first to go drawn anew, single-threaded ones on the same core, another each round; they end together. Sample i of a row of one then pairs with sample i of the same row of the other.
 #pragma once
@@ -35,7 +39,8 @@ struct RunOptions {
   std::vector<Contender> contenders;  ///< one: this program; two: builds side by side
   Places places;
   Filter filter;
-  bool redo = false;  ///< measure cells again that have rows
+  bool redo = false;             ///< measure cells again that have rows, and forget the rounds of a run that was interrupted
+  std::size_t ignored_rows = 0;  ///< as many rows, the first of the file, do not say that a cell is done
   std::function<void(const Progress&)> progress;
   const volatile std::sig_atomic_t* interrupted = nullptr;
 };
@@ -47,7 +52,8 @@ struct RunSummary {
   bool interrupted = false;
 };
 
-/// Throws InputError, EnvironmentError and std::system_error; failures of cells are rows.
+/// Throws InputError, OutputError, EnvironmentError and std::system_error; failures of cells are rows. A cell whose last row says already
+/// that it is unsupported or lacks its data gets no other one.
 RunSummary run_config(const Config& config, const RunOptions& options);
 
 }  // namespace cvr::experiments

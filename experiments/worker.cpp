@@ -1,8 +1,10 @@
 #include "experiments/worker.hpp"
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <fstream>
@@ -10,6 +12,7 @@
 #include <new>
 #include <vector>
 
+#include "experiments/samples.hpp"
 #include "experiments/stages/stage.hpp"
 #include "gpu/vulkan/device.hpp"
 #include "volumes/io/io.hpp"
@@ -55,31 +58,47 @@ void break_on_purpose(const std::string& fault) {
   }
 }
 
-void send(std::ostream& out, const Row& message) {
-  out << message.dump(-1, ' ', false, Row::error_handler_t::replace) << '\n' << std::flush;
-}
+/// The parent's end of the answers.
+class Answers {
+ public:
+  /// Takes standard output for itself.
+  Answers() : descriptor_(fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)) { dup2(STDERR_FILENO, STDOUT_FILENO); }
+  ~Answers() { close(descriptor_); }
+  Answers(const Answers&) = delete;
+  Answers& operator=(const Answers&) = delete;
 
-void serve(const WorkerSpec& spec, std::istream& in, std::ostream& out) {
+  void send(const Row& message) const {
+    const std::string line = message.dump(-1, ' ', false, Row::error_handler_t::replace) + "\n";
+    for (std::size_t at = 0; at < line.size();) {
+      const ssize_t written = write(descriptor_, line.data() + at, line.size() - at);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) _exit(1);  // nobody listens
+      at += static_cast<std::size_t>(written);
+    }
+  }
+
+ private:
+  int descriptor_;
+};
+
+void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers) {
   const auto truth = spec.raw_path.empty() ? open_location(spec.location, spec.threads)
                                            : volumes::open_volume(spec.raw_path, spec.location.info.kind);
   break_on_purpose(spec.fault);
   const auto stage = make_stage_run(spec, *truth);
   const Row parts = stage->prepare();
   reset_peak_memory();
-  send(out, {{"event", "ready"}, {"parts", parts}});
-  for (std::string line; std::getline(in, line) && line == "round";) {
-    Row samples = Row::array();
-    for (const Sample& s : stage->round())
-      samples.push_back(Row::array({s.series, s.wall_seconds, s.cpu_seconds, s.count}));
-    send(out, {{"event", "round"}, {"samples", samples}});
-  }
+  answers.send({{"event", "ready"}, {"parts", parts}});
+  for (std::string line; std::getline(in, line) && line == "round";)
+    answers.send({{"event", "round"}, {"samples", to_row(stage->round())}});
 }
 
 }  // namespace
 
-int serve_worker(std::istream& in, std::ostream& out) {
-  const auto failure = [&out](std::string_view status, std::string_view reason, bool environment = false) {
-    send(out, {{"event", "failure"}, {"status", status}, {"reason", reason}, {"environment", environment}});
+int serve_worker(std::istream& in) {
+  const Answers answers;
+  const auto failure = [&answers](std::string_view status, std::string_view reason, bool environment = false) {
+    answers.send({{"event", "failure"}, {"status", status}, {"reason", reason}, {"environment", environment}});
     return 1;
   };
   try {
@@ -87,7 +106,7 @@ int serve_worker(std::istream& in, std::ostream& out) {
     std::getline(in, line);
     const WorkerSpec spec = worker_spec_from_json(line);
     limit_memory(spec);
-    serve(spec, in, out);
+    serve(spec, in, answers);
     return 0;
   } catch (const StageFailure& error) {
     return failure(error.status(), error.what());

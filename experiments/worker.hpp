@@ -9,11 +9,11 @@
 #pragma once
 
 #include <istream>
-#include <ostream>
 
 namespace cvr::experiments {
 
-/// Returns the exit code: 0 after stop, 1 after a failure event.
-int serve_worker(std::istream& in, std::ostream& out);
+/// Answers go to the standard output that the process was started with; what libraries print there joins standard error. Returns the
+/// exit code: 0 after stop, 1 after a failure event or when the answers cannot be written.
+int serve_worker(std::istream& in);
 
 }  // namespace cvr::experiments

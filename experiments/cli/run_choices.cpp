@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <signal.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "experiments/cli/commands.hpp"
@@ -19,9 +21,52 @@ namespace {
 
 namespace fs = std::filesystem;
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t interrupted = 0;  ///< the signal
+timespec first_signal;
 
-extern "C" void note_interrupt(int) { interrupted = 1; }
+/// A signal that was sent twice at once, to the process and to its group, as timeout(1) does, counts once.
+constexpr double kOneSignal = 0.5;  // seconds
+
+extern "C" void note_interrupt(int signal_number) {
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (interrupted == 0) {
+    first_signal = now;
+    interrupted = signal_number;
+    return;
+  }
+  const double passed = static_cast<double>(now.tv_sec - first_signal.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec - first_signal.tv_nsec);
+  if (passed < kOneSignal) return;
+  signal(signal_number, SIG_DFL);  // its workers are killed by the system, as always when this process ends
+  raise(signal_number);
+}
+
+/// Signals as a run takes them; afterwards as before.
+class RunSignals {
+ public:
+  RunSignals() {
+    for (Former& one : former_) {
+      struct sigaction action {};
+      action.sa_handler = one.number == SIGPIPE || one.number == SIGXFSZ ? SIG_IGN : note_interrupt;
+      sigaction(one.number, nullptr, &one.action);
+      // What is ignored, as under nohup, stays so.
+      if (one.action.sa_handler != SIG_IGN) sigaction(one.number, &action, nullptr);
+    }
+  }
+  ~RunSignals() {
+    for (const Former& one : former_) sigaction(one.number, &one.action, nullptr);
+  }
+  RunSignals(const RunSignals&) = delete;
+  RunSignals& operator=(const RunSignals&) = delete;
+
+ private:
+  struct Former {
+    int number;
+    struct sigaction action {};
+  };
+  /// A file that reaches the limit for its size, and a worker that is gone, are errors of the write.
+  std::array<Former, 5> former_{{{SIGINT}, {SIGTERM}, {SIGHUP}, {SIGPIPE}, {SIGXFSZ}}};
+};
 
 /// "45 s", "3 min", "2 h 5 min".
 std::string duration_text(double seconds) {
@@ -43,14 +88,6 @@ void show_progress(const Progress& progress) {
   fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{}{} {:.90}", "", filled, "", kWidth - filled, progress.done, progress.total, left,
              volumes::printable(progress.text));
   std::fflush(stderr);
-}
-
-void install_signal_handlers() {
-  struct sigaction action {};
-  action.sa_handler = note_interrupt;  // without SA_RESTART: the wait for a worker must end
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  signal(SIGPIPE, SIG_IGN);
 }
 
 }  // namespace
@@ -109,23 +146,28 @@ std::string default_out(const RunChoices& choices) {
 }
 
 RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo,
-                   const std::string& kept) {
+                   const std::string& kept, std::size_t ignored_rows) {
   RunOptions options;
   options.contenders = contenders;
   options.places = {choices.data, choices.cache};
   options.filter = parse_filter(choices.only);
   options.redo = redo;
+  options.ignored_rows = ignored_rows;
   options.progress = show_progress;
   options.interrupted = &interrupted;
-  install_signal_handlers();
-  const RunSummary summary = run_config(config, options);
+  RunSummary summary;
+  {
+    const RunSignals signals;
+    summary = run_config(config, options);
+  }
   if (summary.total == 0)
     throw volumes::InputError(fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
                                           fmt::join(choices.only, " --only "), config.cells.size()));
   if (summary.interrupted) {
     fmt::print(stderr, "\ncvrbench: interrupted; {}\n", kept);
-    signal(SIGINT, SIG_DFL);
-    raise(SIGINT);
+    const int number = interrupted;
+    signal(number, SIG_DFL);
+    raise(number);
   }
   return summary;
 }

@@ -29,8 +29,11 @@ Config load(const RunChoices& choices, const std::string& path);
 /// out/NAME of the first configuration unless `choices` names a folder.
 std::string default_out(const RunChoices& choices);
 
-/// Runs a configuration with progress on standard error. An interruption ends the program by its signal after a word on what `kept` holds.
-RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo, const std::string& kept);
+/// Runs a configuration with progress on standard error. SIGINT, SIGTERM and SIGHUP end the program, by the signal, after the workers have
+/// ended, the row files are whole, the scratch files are gone, and a word on what `kept` holds; a second signal ends it at once, and the
+/// workers with it. `redo` and `ignored_rows` as in RunOptions.
+RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo, const std::string& kept,
+                   std::size_t ignored_rows = 0);
 /// Clears the line of progress.
 void end_progress();
 

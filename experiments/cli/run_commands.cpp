@@ -12,6 +12,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
+#include "experiments/run_folder.hpp"
 #include "experiments/tables.hpp"
 #include "experiments/worker.hpp"
 #include "volumes/plain_text.hpp"
@@ -89,6 +90,8 @@ int run(const Choices& choices, const Environment& environment) {
   for (const std::string& path : choices.configs) configs.push_back(load(choices, path));
   const std::string out = default_out(choices);
   const std::string rows_path = (fs::path(out) / "rows.jsonl").string();
+  const auto lock = FolderLock::take(out);  // until the tables of all configurations are written
+  const std::size_t rows_before = choices.force ? load_rows(rows_path).size() : 0;
   std::error_code error;
   if (!choices.resume && !choices.force && fs::exists(rows_path, error) &&
       fs::file_size(rows_path, error) > 0) {
@@ -101,7 +104,7 @@ int run(const Choices& choices, const Environment& environment) {
   RunSummary all;
   for (const Config& config : configs) {
     const RunSummary summary = measure(config, choices, {{environment.program, out}}, choices.force && &config == &configs.front(),
-                                       fmt::format("{} keeps what is done, --resume goes on", rows_path));
+                                       fmt::format("{} keeps what is done, --resume goes on", rows_path), rows_before);
     for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
     all.skipped += summary.skipped;
     all.environment_failures += summary.environment_failures;
@@ -241,7 +244,7 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
 
   auto* working = app.add_subcommand("worker", "");
   working->group("");
-  working->callback([&exit_code] { exit_code = serve_worker(std::cin, std::cout); });
+  working->callback([&exit_code] { exit_code = serve_worker(std::cin); });
 }
 
 }  // namespace cvr::experiments::cli

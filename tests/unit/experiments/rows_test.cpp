@@ -58,8 +58,31 @@ TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
     load_rows(path);
     FAIL() << "no error";
   } catch (const volumes::InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("rows.jsonl:2: expected a row"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("rows.jsonl:2:1: expected JSON"));
   }
+}
+
+TEST(Rows, WhatIsNoRowIsAnErrorWithItsPlace) {
+  const ScratchFolder folder;
+  const auto error = [&](const std::string& line) -> std::string {
+    const std::string path = folder.write("rows.jsonl", make_row("1", "ok").dump() + "\n" + line + "\n");
+    try {
+      load_rows(path);
+    } catch (const volumes::InputError& failure) {
+      return failure.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(error(make_row("1", "ok").dump()), "no error") << "a cell that was measured again";
+  for (const char* line : {"[]", "{}", R"({"cell": 1, "key": "k", "status": "ok"})", R"({"cell": "1", "key": "k", "status": "fine"})",
+                           R"({"cell": "1", "key": "k", "status": "ok", "dataset": []})",
+                           R"({"cell": "1", "key": "k", "status": "ok", "reason": 5})"}) {
+    EXPECT_THAT(error(line), testing::HasSubstr("rows.jsonl:2: expected a row")) << line;
+  }
+  EXPECT_THAT(error(R"({"cell": "1", "key": "k", "status": "ok", "status": "failed"})"), testing::HasSubstr("rows.jsonl:2: expected each key once"));
+  const std::string deep = std::string(300000, '[') + std::string(300000, ']');
+  EXPECT_THAT(error(R"({"cell": "1", "key": "k", "status": "ok", "x": )" + deep + "}"), testing::HasSubstr("at most 64 levels"));
+  EXPECT_THAT(error(std::string(300000, '[')), testing::HasSubstr("at most 64 levels"));
 }
 
 TEST(Rows, ASecondWriterIsRefused) {
