@@ -5,9 +5,12 @@
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/memory.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/yaml_reader.hpp"
+#include "volumes/io/file.hpp"
 #include "volumes/io/io.hpp"
+#include "volumes/slab_pipe.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -27,14 +30,42 @@ struct EncodeOptions {
   bool json = false;
 };
 
+constexpr std::uint64_t kPageBytes = 4096;
+
+/// A volume of at most a quarter of the memory that is left is read before it is encoded, so that the time is that of the work on
+/// memory. A larger one is streamed: drawn from its file while it is encoded, and the time includes reading.
+class OriginalInMemory {
+ public:
+  explicit OriginalInMemory(const volumes::VolumeSource& file)
+      : file_(file), streamed_(file.info().bytes() > usable_memory() / 4) {
+    if (streamed_) return;
+    if (file.data() == nullptr) {
+      volume_ = volumes::read_all(file);
+      read_.emplace(volume_);
+      return;
+    }
+    // Mapped: each page is asked for once.
+    [[maybe_unused]] volatile std::byte touched;
+    for (std::uint64_t at = 0; at < file.info().bytes(); at += kPageBytes) touched = file.data()[at];
+  }
+  const volumes::VolumeSource& source() const { return read_ ? *read_ : file_; }
+  bool streamed() const { return streamed_; }
+
+ private:
+  const volumes::VolumeSource& file_;
+  bool streamed_;
+  volumes::Volume volume_;
+  std::optional<volumes::MemorySource> read_;
+};
+
 void report_encoding(const Row& report) {
   fmt::print(
       "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits a voxel), published accounting {} bytes, {:.3f} %; "
-      "{:.3f} s\n",
+      "{:.3f} s{}\n",
       report["file"].get<std::string>(), report["bytes"].get<std::uint64_t>(), report["rate"].get<double>(),
       report["original_bytes"].get<std::uint64_t>(), report["bits_per_voxel"].get<double>(),
       report["published_bytes"].get<std::uint64_t>(), report["published_rate"].get<double>(),
-      report["seconds"].get<double>());
+      report["seconds"].get<double>(), report["streamed"].get<bool>() ? ", reading included" : "");
   for (const auto& [name, bytes] : report["breakdown"].items()) {
     if (bytes.get<std::uint64_t>() > 0) fmt::print("  {:<11} {:>14}\n", name, bytes.get<std::uint64_t>());
   }
@@ -45,10 +76,8 @@ void encode(const EncodeOptions& options) {
   std::optional<volumes::VolumeKind> kind;
   if (!options.kind.empty()) kind = volumes::volume_kind_from_name(options.kind);
   const auto opened = volumes::open_volume(options.in, kind);
-  // The time is that of the work on memory, so the file is read first.
-  const volumes::Volume volume = opened->data() == nullptr ? volumes::read_all(*opened) : volumes::Volume();
-  const volumes::MemorySource source(opened->info(),
-                                     opened->data() == nullptr ? volume.data() : opened->data());
+  const OriginalInMemory original(*opened);
+  const volumes::VolumeSource& source = original.source();
   const Stopwatch watch;
   const auto encoded = codecs::encode(*codec, source, parameters, options.threads);
   const Sample time = watch.lap("encode", source.info().extent.voxels());
@@ -67,6 +96,7 @@ void encode(const EncodeOptions& options) {
   if (codec->traits().stored_compressed && options.json)
     add_rates_at_rest(bytes, source.info().bytes(), size);
   for (const auto& [key, value] : size.items()) report[key] = value;
+  report["streamed"] = original.streamed();
   report["seconds"] = time.wall_seconds;
   report["cpu_seconds"] = time.cpu_seconds;
   options.json ? print_json(report) : report_encoding(report);
@@ -83,11 +113,20 @@ void decode(const DecodeOptions& options) {
         fmt::format("{}: expected the name of a volume (.h5, .nrrd, .nhdr, .nii, .nii.gz, .raw or a folder)",
                     options.out));
   }
-  const volumes::Buffer bytes = read_file(options.in);
-  const auto volume = codecs::decode(bytes.bytes(), options.lod, options.threads);
-  if (!volume && volume.error().code == volumes::ErrorCode::kOutOfMemory) throw std::bad_alloc();
-  if (!volume) fail_on_file(options.in, volume.error());
-  volumes::write_volume(options.out, volumes::MemorySource(*volume));
+  const volumes::MappedFile bytes(options.in);
+  const auto file = codecs::open_file(bytes.bytes());
+  if (!file) fail_on_file(options.in, file.error());
+  const auto decoder = codecs::open_decoder(*file);
+  if (!decoder) fail_on_file(options.in, decoder.error());
+  if (options.lod >= (*decoder)->levels()) {
+    throw volumes::InputError(fmt::format("{}: level of detail: expected 0..{}, found {}", options.in,
+                                          (*decoder)->levels() - 1, options.lod));
+  }
+  volumes::write_volume(options.out,
+                        volumes::SlabPipe(codecs::level_info(file->stream.info, options.lod), options.in,
+                                          [&](volumes::SlabSink& sink) {
+                                            return (*decoder)->decode(options.lod, options.threads, sink);
+                                          }));
 }
 
 struct ValidateOptions {
@@ -98,7 +137,7 @@ struct ValidateOptions {
 int validate(const ValidateOptions& options) {
   int exit_code = kExitOk;
   for (const std::string& path : options.files) {
-    const volumes::Buffer bytes = read_file(path);
+    const volumes::MappedFile bytes(path);
     const auto valid = codecs::validate(bytes.bytes(), options.threads);
     fmt::print("{}: {}\n", path, valid ? "valid" : valid.error().message);
     if (!valid) exit_code = kExitCheckFailed;

@@ -216,7 +216,7 @@ nifti_1_header make_header(const std::string& file, const VolumeInfo& info) {
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, const OpenOptions& options) {
-  MappedFile file(path.file);
+  MappedFile file(path.file, MappedFile::Least::kBegin);
   const bool gzip = is_gzip(file.bytes());
   std::array<std::byte, kHeaderBytes> start{};
   if (gzip) {

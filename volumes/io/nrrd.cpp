@@ -38,7 +38,7 @@ ArrayLayout layout_of(const NrrdHeader& header, const MappedFile& data, std::uin
     layout.offset = skip;
     return layout;
   }
-  const std::uint64_t size = data.bytes().size();
+  const std::uint64_t size = data.size();
   if (header.byte_skip < 0) {
     if (voxel_bytes > size - start) {
       throw_input_error(data.path(), "byte skip -1", fmt::format("{} bytes of voxels", voxel_bytes),
@@ -62,7 +62,7 @@ void write_voxels(OutputFile& output, const VolumeSource& source, NrrdEncoding e
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options) {
-  MappedFile file(path.file);
+  MappedFile file(path.file, MappedFile::Least::kBegin);
   const NrrdHeader header = parse_nrrd_header(path.file, file.text());
   const Interpretation meaning = interpret(path.file, header.type, options.kind, header.kind);
   const Steps steps = check_steps(path, "sizes", header.steps);
@@ -77,7 +77,8 @@ std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOption
   MappedFile data =
       header.data_file.empty()
           ? std::move(file)
-          : MappedFile((std::filesystem::path(path.file).parent_path() / header.data_file).string());
+          : MappedFile((std::filesystem::path(path.file).parent_path() / header.data_file).string(),
+                       MappedFile::Least::kBegin);
   ArrayLayout layout = layout_of(header, data, whole.voxels() * size_of(info.type));
   layout.offset += steps.first * (info.bytes() / steps.count);
   layout.reject_negative = meaning.reject_negative;

@@ -147,7 +147,7 @@ class Sidecar {
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions& options) {
-  MappedFile file(path.file);
+  MappedFile file(path.file, MappedFile::Least::kBegin);
   const Sidecar sidecar(sidecar_name(path.file));
   const VoxelType stored = sidecar.type();
   const Interpretation meaning =
@@ -163,7 +163,7 @@ std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions
                         .voxel_size = sidecar.voxel_size(),
                         .voxel_unit = sidecar.text("voxel_unit"),
                         .time_steps = steps.count};
-  const std::uint64_t size = file.bytes().size(), offset = sidecar.offset();
+  const std::uint64_t size = file.size(), offset = sidecar.offset();
   const std::uint64_t voxels = whole.voxels() * size_of(meaning.type);
   if (offset > size || size - offset != voxels) {
     throw_input_error(path.file, "",
