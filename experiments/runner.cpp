@@ -37,6 +37,7 @@ struct Side {
   Measured measured;
   double busy_seconds = 0;  ///< in rounds
   double check_seconds = 0;
+  std::uint64_t peak_bytes = 0;  ///< of the rounds, as the worker tells; 0: it does not
 };
 
 /// A cell that is being measured.
@@ -327,6 +328,7 @@ class Runner {
     }
     side.busy_seconds += now_seconds() - start;
     side.measured.add(samples_of(message["samples"]));
+    side.peak_bytes = message.value("peak_bytes", std::uint64_t{0});
     if (one.sides.size() == 1) journal_.append(one.planned->id, message["samples"]);
     return true;
   }
@@ -348,8 +350,9 @@ class Runner {
     for (const auto& [key, value] : side.parts.items()) row[key] = value;
     add_times(planned, side.measured, stop, row);
     const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
-    row["memory"]["peak_bytes"] = end.peak_bytes;
-    row["memory"]["peak_over_input"] = end.peak_bytes > input ? end.peak_bytes - input : 0;
+    const std::uint64_t peak = side.peak_bytes > 0 ? side.peak_bytes : end.peak_bytes;
+    row["memory"]["peak_bytes"] = peak;
+    row["memory"]["peak_over_input"] = peak > input ? peak - input : 0;
     row["interleave_group"] = group_text_;
     row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
     write(planned, side.contender, row);

@@ -1,5 +1,6 @@
 #include "experiments/worker.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -45,6 +46,16 @@ void reset_peak_memory() {
   clear << "5" << std::flush;
 }
 
+/// The largest resident memory since the record began, in bytes; 0 where the system does not tell. What wait4 tells also counts the
+/// parent's memory at the time of the fork.
+std::uint64_t peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::stoull(line.substr(6)) * 1024;
+  }
+  return 0;
+}
+
 void break_on_purpose(const std::string& fault) {
   if (fault == "crash") std::raise(SIGSEGV);
   while (fault == "hang") pause();
@@ -65,13 +76,14 @@ void serve(const WorkerSpec& spec, std::istream& in, std::ostream& out) {
   break_on_purpose(spec.fault);
   const auto stage = make_stage_run(spec, *truth);
   const Row parts = stage->prepare();
+  malloc_trim(0);  // what the check has freed is not the rounds'
   reset_peak_memory();
   send(out, {{"event", "ready"}, {"parts", parts}});
   for (std::string line; std::getline(in, line) && line == "round";) {
     Row samples = Row::array();
     for (const Sample& s : stage->round())
       samples.push_back(Row::array({s.series, s.wall_seconds, s.cpu_seconds, s.count}));
-    send(out, {{"event", "round"}, {"samples", samples}});
+    send(out, {{"event", "round"}, {"samples", samples}, {"peak_bytes", peak_memory()}});
   }
 }
 

@@ -66,12 +66,17 @@ void report_encoding(const Row& report) {
       report["original_bytes"].get<std::uint64_t>(), report["bits_per_voxel"].get<double>(),
       report["published_bytes"].get<std::uint64_t>(), report["published_rate"].get<double>(),
       report["seconds"].get<double>(), report["streamed"].get<bool>() ? ", reading included" : "");
+  if (report.contains("bound_kept")) {
+    fmt::print("  bound kept: {} (largest error {}, allowed {})\n", report["bound_kept"].get<bool>() ? "yes" : "no",
+               report["recorded_error"]["largest_error"].get<double>(), report["bound"].get<double>());
+  }
   for (const auto& [name, bytes] : report["breakdown"].items()) {
     if (bytes.get<std::uint64_t>() > 0) fmt::print("  {:<11} {:>14}\n", name, bytes.get<std::uint64_t>());
   }
 }
 
-void encode(const EncodeOptions& options) {
+/// Returns kExitCheckFailed where the parameters promise an error that was not kept: the file is written, and says so.
+int encode(const EncodeOptions& options) {
   const auto [codec, parameters] = parse_codec(options.codec, options.parameters);
   std::optional<volumes::VolumeKind> kind;
   if (!options.kind.empty()) kind = volumes::volume_kind_from_name(options.kind);
@@ -92,6 +97,9 @@ void encode(const EncodeOptions& options) {
   report["parameters"] = parameters.values();
   report["threads"] = options.threads;
   report["original_bytes"] = source.info().bytes();
+  const auto decoder = codecs::open_decoder(*file);
+  if (!decoder) fail_on_file(options.out, decoder.error());
+  if (const auto recorded = (*decoder)->recorded_error()) report["recorded_error"] = describe_recorded(*recorded);
   Row size = describe_size(*file, bytes.size(), options.bytes_per_voxel);
   if (codec->traits().stored_compressed && options.json)
     add_rates_at_rest(bytes, source.info().bytes(), size);
@@ -100,6 +108,7 @@ void encode(const EncodeOptions& options) {
   report["seconds"] = time.wall_seconds;
   report["cpu_seconds"] = time.cpu_seconds;
   options.json ? print_json(report) : report_encoding(report);
+  return report.value("bound_kept", true) ? kExitOk : kExitCheckFailed;
 }
 
 struct DecodeOptions {
@@ -184,8 +193,7 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
                      "papers' accounting), bits_per_voxel, breakdown, seconds; rate_gzip and rate_xz where "
                      "files are usually stored so");
   encoding->callback([e, &exit_code] {
-    encode(*e);
-    exit_code = kExitOk;
+    exit_code = encode(*e);
   });
 
   auto d = std::make_shared<DecodeOptions>();
