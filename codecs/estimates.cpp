@@ -33,7 +33,7 @@ MemoryEstimate raw(const Work& w) { return {.file = w.volume(), .access_ns = 4};
 MemoryEstimate zstd(const Work& w) {
   // Window and tables double about every third level.
   const double tables = std::min(3 * kMiB * std::exp2((w.integer("level") - 3) / 3), 600 * kMiB);
-  return {.file = w.volume() * w.share(0.055, 0.75, 0.88), .encode = std::min(tables, kMiB + 2 * w.volume()), .decode = 2.5 * kMiB};
+  return {.file = w.volume() * w.share(0.055, 0.75, 0.88), .encode = 0.5 * kMiB + tables, .decode = 0.5 * kMiB + std::min(tables, 0.3 * w.volume())};
 }
 
 /// An encoder of liblzma touches its tables as it goes through its dictionary.
@@ -55,15 +55,15 @@ MemoryEstimate lzma(const Work& w) {
 
 MemoryEstimate hdf5_gzip(const Work& w) {
   const double file = w.volume() * w.share(0.06, 0.75, 0.88);
-  return {.file = file, .encode = 2 * kMiB + w.threads * kMiB, .decode = w.threads * kMiB};
+  return {.file = file, .encode = 4.5 * kMiB + w.threads * kMiB / 2, .decode = w.threads * kMiB / 2};
 }
 
 MemoryEstimate neuroglancer(const Work& w) {
-  return {.file = w.volume() * 0.12, .encode = 2 * kMiB, .decode = kMiB, .open = kMiB, .access_ns = 40};
+  return {.file = w.volume() * 0.12, .encode = 1.6 * kMiB, .decode = 0.4 * kMiB, .open = 0.4 * kMiB, .access_ns = 300};
 }
 
 MemoryEstimate compresso(const Work& w) {
-  return {.file = w.volume() * 0.06, .encode = w.planes(16) + 0.2 * w.voxels(), .decode = w.planes(16)};
+  return {.file = w.volume() * 0.08, .encode = 2.5 * w.planes(16) + 1.6 * w.voxels(), .decode = 0.4 * kMiB + 2 * w.planes(16)};
 }
 
 MemoryEstimate compresso_lzma(const Work& w) {
@@ -71,7 +71,7 @@ MemoryEstimate compresso_lzma(const Work& w) {
   const double payload = inner.file;
   inner.encode += payload + xz_encoder(6, payload);
   inner.decode += payload;
-  inner.file = w.volume() * 0.02;
+  inner.file = w.volume() * 0.022;
   return inner;
 }
 
@@ -81,16 +81,17 @@ MemoryEstimate bricks(const Work& w, double share, double kept) {
   const double grids = 24 * edge * edge * edge * w.threads;
   const double narrowed = w.info.type == VoxelType::kU64 ? w.planes(64) / 2 : 0;
   return {.file = w.volume() * share,
-          .encode = grids + narrowed + kept * w.voxels(),
-          .decode = grids,
-          .open = grids,
+          .encode = 0.5 * kMiB + grids + narrowed + kept * w.voxels(),
+          .decode = 0.4 * kMiB + grids / 4,
+          .open = 0.4 * kMiB + grids / 4,
           .access_ns = 300};
 }
-MemoryEstimate csgv_nibble(const Work& w) { return bricks(w, 0.05, 0); }
-MemoryEstimate csgv_rans(const Work& w) { return bricks(w, 0.025, 0); }
-MemoryEstimate csgv_ctx(const Work& w) { return bricks(w, 0.02, 0.1); }
-MemoryEstimate csgvr(const Work& w) { return bricks(w, 0.04, 0); }
-MemoryEstimate csgvr_c(const Work& w) { return bricks(w, 0.02, 0.3); }
+MemoryEstimate csgv_nibble(const Work& w) { return bricks(w, 0.063, 0); }
+MemoryEstimate csgv_rans(const Work& w) { return bricks(w, 0.028, 0); }
+MemoryEstimate csgv_ctx(const Work& w) { return bricks(w, 0.014, 0.5); }
+MemoryEstimate csgvr_nibble(const Work& w) { return bricks(w, 0.15, 0); }
+MemoryEstimate csgvr(const Work& w) { return bricks(w, 0.05, 0); }
+MemoryEstimate csgvr_c(const Work& w) { return bricks(w, 0.023, 1); }
 
 /// Vector quantisers hold the blocks of a time step or sub-volume as floats, and their codes.
 MemoryEstimate quantiser(const Work& w, double bits, double passes) {
@@ -149,7 +150,7 @@ constexpr std::array kEntries{
     Entry{"csgv-nibble", csgv_nibble},
     Entry{"csgv-rans", csgv_rans},
     Entry{"csgv-ctx", csgv_ctx},
-    Entry{"csgvr-nibble", csgvr},
+    Entry{"csgvr-nibble", csgvr_nibble},
     Entry{"csgvr", csgvr},
     Entry{"csgvr-sb", csgvr},
     Entry{"csgvr-c", csgvr_c},

@@ -26,7 +26,7 @@ inline void expect_streams(const Program& program, const Streamed& s) {
     EXPECT_EQ(outcome.exit_code, 0) << arguments << ": " << outcome.err;
     return outcome;
   };
-  limited("generate cells --size " + s.size + " --seed 1 --threads 2 -o " + s.volume);
+  limited("generate worst-case -p pattern=2 -p thickness=64 --size " + s.size + " --seed 1 --threads 2 -o " + s.volume);
   if (testing::Test::HasFailure()) return;
   const Outcome encoded = limited("encode " + s.volume + " -o v.cvr --codec " + s.codec + " --threads 2 --json");
   if (testing::Test::HasFailure()) return;

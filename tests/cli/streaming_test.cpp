@@ -66,7 +66,7 @@ TEST(Streaming, AnErrorOfTheDecoderLeavesNoVolume) {
 /// The writer fails while the decoder has more to say: neither waits for the other.
 TEST(Streaming, AWriterThatFailsEndsTheCommand) {
   const Program program;
-  ASSERT_EQ(program.run("generate cells --size 256,256,256 --seed 7 -o v.raw").exit_code, 0);
+  ASSERT_EQ(program.run("generate worst-case -p pattern=2 -p thickness=9 --size 256,256,256 --seed 7 -o v.raw").exit_code, 0);
   ASSERT_EQ(program.run("encode v.raw -o v.cvr --codec csgvr-sb -p brick=32").exit_code, 0);
   // 4 MiB a file: the volume has 64.
   const Outcome decoded = program.run("decode v.cvr -o d.raw", "ulimit -f 4096; trap '' XFSZ; ");

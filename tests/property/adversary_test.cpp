@@ -7,7 +7,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
+#include <map>
+#include <stdexcept>
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
@@ -51,7 +55,7 @@ const std::vector<Adversary>& adversaries() {
       {"DistinctScrambled", VoxelType::kU32, [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c))}; }},
       {"DistinctWide", VoxelType::kU64, [](const Coordinate& c) { return zoo::random_at(3, index_of(c)); }},
       // Multiples of the sizes that hash tables of the standard library take: one bucket for all.
-      {"DistinctMultiplesOfAPrime", VoxelType::kU64, [](const Coordinate& c) { return (index_of(c) + 1) * 1447153ull * 1048576ull; }},
+      {"DistinctMultiplesOfAPrime", VoxelType::kU64, [](const Coordinate& c) { return (index_of(c) + 1) * std::uint64_t{1447153} * 1048576; }},
       {"TwoExtremesCheckered", VoxelType::kU32,
        [](const Coordinate& c) { return (c.x + c.y + c.z) % 2 == 0 ? std::uint64_t{kLargest} : 0; }},
       {"TwoExtremesNoise", VoxelType::kU32,
