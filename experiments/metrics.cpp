@@ -123,6 +123,17 @@ Reading exact_text(const LineContext& line) {
   return {fmt::format("{} of {} differ", mismatches, compared), static_cast<double>(mismatches)};
 }
 
+Reading bound_text(const LineContext& line) {
+  if (line.pseudo) return "";
+  std::string text;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !row->contains("size")) continue;
+    const Row& size = (*row)["size"];
+    if (size.contains("bound_kept") && text != "no") text = size.value("bound_kept", false) ? "yes" : "no";
+  }
+  return text;
+}
+
 /// The row of a stage that is ok and verified voxels; nullptr if there is none.
 const Row* verified_row(const LineContext& line) {
   for (const auto& [stage, row] : line.rows) {
@@ -296,6 +307,9 @@ std::span<const Metric> voxel_metrics() {
       {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
        [](L l) { return access_time(l, "one-label"); }},
       {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
+      {"bound_kept", "bound kept",
+       "yes or no: whether the largest error is at most the one that the codec's parameters promise; nothing where they promise none",
+       bound_text, false},
       {"peak_mib", "peak MiB",
        "largest resident memory while encoding or decoding, the mapped input included", peak_text},
       {"published_seconds", "published s",

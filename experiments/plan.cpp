@@ -6,6 +6,7 @@
 #include <map>
 
 #include "codecs/registry.hpp"
+#include "experiments/memory_model.hpp"
 #include "gpu/caches/cache.hpp"
 
 namespace cvr::experiments {
@@ -15,11 +16,8 @@ namespace {
 constexpr double kModelVoxelsPerSecond = 50e6;
 constexpr double kModelMemcpyPerSecond = 1000e6;
 constexpr double kModelAccessRound = 0.5;
-constexpr std::uint64_t kModelProcess = std::uint64_t{64} << 20;
 constexpr double kModelPixelsPerSecond = 2e6;
 constexpr double kModelCheckFrames = 20;
-constexpr std::uint64_t kModelDriver = std::uint64_t{256} << 20;
-constexpr std::uint64_t kModelPixel = 100;  // bytes, of pictures on the device and here
 
 /// The reason why a codec cannot run a cell, as far as its traits tell.
 std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info) {
@@ -48,9 +46,6 @@ void expect_from_model(const Config& config, PlannedCell& planned) {
     const double frames =
         kModelCheckFrames + (rounds + 1) * (render->frames * render->ao_samples + render->held_frames);
     planned.expected_seconds = 4 + frames * static_cast<double>(pixels) / kModelPixelsPerSecond;
-    // Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of the counting renderer.
-    planned.expected_memory = 4 * info.bytes() + 8 * info.extent.voxels() + (render->cache_mib << 21) +
-                              kModelPixel * pixels + kModelDriver;
     return;
   }
   const double speed = planned.cell.codec == kMemcpy ? kModelMemcpyPerSecond : kModelVoxelsPerSecond;
@@ -58,7 +53,6 @@ void expect_from_model(const Config& config, PlannedCell& planned) {
   planned.expected_seconds = planned.cell.stage == Stage::kRandomAccess
                                  ? 4 * pass + kModelAccessRound * rounds
                                  : (4 + rounds) * pass;
-  planned.expected_memory = 2 * info.bytes() + kModelProcess;
 }
 
 }  // namespace
@@ -80,6 +74,7 @@ std::string_view name_of(Decision decision) {
 std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, const Places& places,
                                     const std::vector<Row>& rows, bool redo) {
   const auto latest = latest_by(rows, "cell");
+  const MemoryForecast memory(rows, {static_cast<std::uint64_t>(config.memory_limit_gib * (1 << 30)), config.lods});
   std::map<std::string, std::shared_ptr<const Location>> locations;
   std::vector<PlannedCell> plan;
   for (const Cell& cell : config.cells) {
@@ -102,7 +97,10 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, 
     } else if (!redo && row != latest.end() && row->second.value("status", "") == kOk) {
       planned.decision = Decision::kDone;
     }
-    if (location->present) expect_from_model(config, planned);
+    if (location->present && planned.decision != Decision::kUnsupported) {
+      expect_from_model(config, planned);
+      planned.expected_memory = memory.of(cell, planned.id, location->info).bytes;
+    }
     if (row != latest.end() && row->second.contains("elapsed_seconds")) {
       planned.expected_seconds = row->second.value("elapsed_seconds", 0.0);
       planned.expected_from_rows = true;

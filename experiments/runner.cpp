@@ -40,6 +40,7 @@ struct Side {
   double busy_seconds = 0;  ///< in rounds
   double check_seconds = 0;
   std::size_t left_out = 0;  ///< rounds of the journal beyond the largest number
+  std::uint64_t peak_bytes = 0;  ///< of the rounds, as the worker tells; 0: it does not
 };
 
 /// A cell that is being measured.
@@ -330,6 +331,7 @@ class Runner {
       end_badly(one, side, outcome, message, fmt::format("round {}", side.measured.rounds + 1));
       return false;
     }
+    side.peak_bytes = message.value("peak_bytes", std::uint64_t{0});
     if (!counts) return true;
     const Round round{std::move(*samples), now_seconds() - start};
     side.busy_seconds += round.seconds;
@@ -363,8 +365,9 @@ class Runner {
       for (const auto& [key, value] : side.parts.items()) row[key] = value;
       add_times(planned, side.measured, stop, row);
       const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
-      row["memory"]["peak_bytes"] = end.peak_bytes;
-      row["memory"]["peak_over_input"] = end.peak_bytes > input ? end.peak_bytes - input : 0;
+      const std::uint64_t peak = side.peak_bytes > 0 ? side.peak_bytes : end.peak_bytes;
+      row["memory"]["peak_bytes"] = peak;
+      row["memory"]["peak_over_input"] = peak > input ? peak - input : 0;
       row["interleave_group"] = group_text_;
       row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
       return row;

@@ -1,6 +1,7 @@
 #include "experiments/worker.hpp"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -48,6 +49,16 @@ void reset_peak_memory() {
   clear << "5" << std::flush;
 }
 
+/// The largest resident memory since the record began, in bytes; 0 where the system does not tell. What wait4 tells also counts the
+/// parent's memory at the time of the fork.
+std::uint64_t peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::stoull(line.substr(6)) * 1024;
+  }
+  return 0;
+}
+
 void break_on_purpose(const std::string& fault) {
   if (fault == "crash") std::raise(SIGSEGV);
   while (fault == "hang") pause();
@@ -87,10 +98,11 @@ void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers) {
   break_on_purpose(spec.fault);
   const auto stage = make_stage_run(spec, *truth);
   const Row parts = stage->prepare();
+  malloc_trim(0);  // what the check has freed is not the rounds'
   reset_peak_memory();
   answers.send({{"event", "ready"}, {"parts", parts}});
   for (std::string line; std::getline(in, line) && line == "round";)
-    answers.send({{"event", "round"}, {"samples", to_row(stage->round())}});
+    answers.send({{"event", "round"}, {"samples", to_row(stage->round())}, {"peak_bytes", peak_memory()}});
 }
 
 }  // namespace

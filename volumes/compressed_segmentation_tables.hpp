@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "volumes/label_hash.hpp"
+
 #if defined(__AVX2__) && !defined(CVR_SCALAR)
 #include <immintrin.h>
 #define CVR_SEGMENTATION_AVX2 1
@@ -80,7 +82,7 @@ class Palette {
 
   Slot& slot_of(W label) {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t at = (static_cast<std::uint64_t>(label) * 0x9e3779b97f4a7c15u >> 32) & mask;
+    std::size_t at = hash_of(label) & mask;
     while (slots_[at].stamp == stamp_ && labels_[slots_[at].index] != label) at = (at + 1) & mask;
     return slots_[at];
   }

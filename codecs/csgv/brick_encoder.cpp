@@ -1,11 +1,12 @@
 // The encoding half of the brick frame: slabs of brick layers are drawn from the source, their bricks encoded in parallel into
 // the workers' own memory and appended in brick order, so that the bytes do not depend on the number of threads.
 #include <algorithm>
+#include <bit>
 #include <mutex>
-#include <unordered_map>
 
 #include "codecs/csgv/brick_codec.hpp"
 #include "codecs/label_codes.hpp"
+#include "volumes/label_hash.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs::csgv {
@@ -22,26 +23,18 @@ constexpr std::size_t kGroupsAtOnce = 256;  ///< of kept ones, written before th
 class LabelRemap {
  public:
   /// Reads the whole volume once, and a second time if a label needs more than 32 bits.
-  explicit LabelRemap(const VolumeSource& source) {
+  LabelRemap(const VolumeSource& source, unsigned threads) {
     if (source.info().type != VoxelType::kU64) return;
     std::uint64_t all_bits = 0;
     for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
       for (const std::uint64_t label : voxels) all_bits |= label;
     });
     if (all_bits >> 32 == 0) return;
-    for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
-      std::uint64_t last = ~voxels[0];
-      for (const std::uint64_t label : voxels) {
-        if (label == last) continue;
-        index_.try_emplace(label, 0);
-        last = label;
-      }
-    });
-    labels_.reserve(index_.size());
-    for (const auto& [label, index] : index_) labels_.push_back(label);
-    std::ranges::sort(labels_);
-    std::uint32_t next = 0;
-    for (const std::uint64_t label : labels_) index_[label] = next++;
+    DistinctLabels distinct(threads);
+    for_each_slab(source, [&](std::span<const std::uint64_t> voxels) { distinct.add(VoxelType::kU64, std::as_bytes(voxels)); });
+    labels_ = distinct.take();
+    slots_.resize(std::bit_ceil(2 * labels_.size()));
+    for (std::uint32_t i = 0; i < labels_.size(); ++i) slots_[slot_of(labels_[i])] = i + 1;
   }
 
   const std::vector<std::uint64_t>& labels() const { return labels_; }
@@ -53,11 +46,11 @@ class LabelRemap {
       return;
     }
     std::uint64_t last = voxels[0];
-    std::uint32_t index = index_.at(last);
+    std::uint32_t index = slots_[slot_of(last)] - 1;
     for (std::size_t i = 0; i < voxels.size(); ++i) {
       if (voxels[i] != last) {
         last = voxels[i];
-        index = index_.at(last);
+        index = slots_[slot_of(last)] - 1;
       }
       out[i] = index;
     }
@@ -74,8 +67,15 @@ class LabelRemap {
     }
   }
 
-  std::unordered_map<std::uint64_t, std::uint32_t> index_;
-  std::vector<std::uint64_t> labels_;
+  /// The slot of a label, or the free one that it would take.
+  std::size_t slot_of(std::uint64_t label) const {
+    std::size_t at = volumes::hash_of(label) & (slots_.size() - 1);
+    while (slots_[at] != 0 && labels_[slots_[at] - 1] != label) at = (at + 1) & (slots_.size() - 1);
+    return at;
+  }
+
+  std::vector<std::uint64_t> labels_;  ///< ascending
+  std::vector<std::uint32_t> slots_;   ///< ranks + 1; a power of two, at most half of them taken
 };
 
 struct Worker {
@@ -91,7 +91,7 @@ struct Worker {
 class BrickEncoder {
  public:
   BrickEncoder(const VolumeSource& source, std::uint32_t brick, BrickFormat& format, unsigned threads)
-      : source_(source), reader_(source), remap_(source), format_(format), threads_(std::max(1u, threads)),
+      : source_(source), reader_(source), remap_(source, threads), format_(format), threads_(std::max(1u, threads)),
         layout_(source.info().extent, brick, format.group()) {
     for (unsigned i = 0; i < threads_; ++i) workers_.push_back(std::make_unique<Worker>(brick, format.pack_workspace()));
   }

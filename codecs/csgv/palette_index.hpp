@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "volumes/label_hash.hpp"
+
 namespace cvr::codecs::csgv {
 
 class PaletteIndex {
@@ -37,10 +39,7 @@ class PaletteIndex {
   struct Slot {
     std::uint32_t generation = 0, label = 0, entry = 0;
   };
-  static std::uint32_t hash(std::uint32_t label) {
-    label *= 0x9e3779b1u;
-    return label ^ (label >> 15);
-  }
+  static std::uint32_t hash(std::uint32_t label) { return static_cast<std::uint32_t>(volumes::hash_of(label)); }
 
   std::vector<Slot> slots_;
   std::uint32_t generation_ = 0;

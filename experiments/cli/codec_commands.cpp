@@ -7,11 +7,13 @@
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
+#include "experiments/memory.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/yaml_reader.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/io/io.hpp"
 #include "volumes/plain_text.hpp"
+#include "volumes/slab_pipe.hpp"
 
 namespace cvr::experiments::cli {
 
@@ -32,28 +34,59 @@ struct EncodeOptions {
   bool json = false;
 };
 
+constexpr std::uint64_t kPageBytes = 4096;
+
+/// A volume of at most a quarter of the memory that is left is read before it is encoded, so that the time is that of the work on
+/// memory. A larger one is streamed: drawn from its file while it is encoded, and the time includes reading.
+class OriginalInMemory {
+ public:
+  explicit OriginalInMemory(const volumes::VolumeSource& file)
+      : file_(file), streamed_(file.info().bytes() > usable_memory() / 4) {
+    if (streamed_) return;
+    if (file.data() == nullptr) {
+      volume_ = volumes::read_all(file);
+      read_.emplace(volume_);
+      return;
+    }
+    // Mapped: each page is asked for once.
+    [[maybe_unused]] volatile std::byte touched;
+    for (std::uint64_t at = 0; at < file.info().bytes(); at += kPageBytes) touched = file.data()[at];
+  }
+  const volumes::VolumeSource& source() const { return read_ ? *read_ : file_; }
+  bool streamed() const { return streamed_; }
+
+ private:
+  const volumes::VolumeSource& file_;
+  bool streamed_;
+  volumes::Volume volume_;
+  std::optional<volumes::MemorySource> read_;
+};
+
 void report_encoding(const Row& report) {
   fmt::print(
       "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits a voxel), published accounting {} bytes, {:.3f} %; "
-      "{:.3f} s\n",
+      "{:.3f} s{}\n",
       volumes::printable(report["file"].get<std::string>()), report["bytes"].get<std::uint64_t>(), report["rate"].get<double>(),
       report["original_bytes"].get<std::uint64_t>(), report["bits_per_voxel"].get<double>(),
       report["published_bytes"].get<std::uint64_t>(), report["published_rate"].get<double>(),
-      report["seconds"].get<double>());
+      report["seconds"].get<double>(), report["streamed"].get<bool>() ? ", reading included" : "");
+  if (report.contains("bound_kept")) {
+    fmt::print("  bound kept: {} (largest error {}, allowed {})\n", report["bound_kept"].get<bool>() ? "yes" : "no",
+               report["recorded_error"]["largest_error"].get<double>(), report["bound"].get<double>());
+  }
   for (const auto& [name, bytes] : report["breakdown"].items()) {
     if (bytes.get<std::uint64_t>() > 0) fmt::print("  {:<11} {:>14}\n", name, bytes.get<std::uint64_t>());
   }
 }
 
-void encode(const EncodeOptions& options) {
+/// Returns kExitCheckFailed where the parameters promise an error that was not kept: the file is written, and says so.
+int encode(const EncodeOptions& options) {
   const auto [codec, parameters] = parse_codec(options.codec, options.parameters);
   const auto opened = volumes::open_volume(options.in, options.volume.options());
   volumes::refuse_to_replace({options.out}, opened->files());
   volumes::check_output(options.out);
-  // The time is that of the work on memory, so the file is read first.
-  const volumes::Volume volume = opened->data() == nullptr ? volumes::read_all(*opened) : volumes::Volume();
-  const volumes::MemorySource source(opened->info(),
-                                     opened->data() == nullptr ? volume.data() : opened->data());
+  const OriginalInMemory original(*opened);
+  const volumes::VolumeSource& source = original.source();
   const Stopwatch watch;
   const auto encoded = codecs::encode(*codec, source, parameters, options.threads);
   const Sample time = watch.lap("encode", source.info().extent.voxels());
@@ -68,13 +101,18 @@ void encode(const EncodeOptions& options) {
   report["parameters"] = parameters.values();
   report["threads"] = options.threads;
   report["original_bytes"] = source.info().bytes();
+  const auto decoder = codecs::open_decoder(*file);
+  if (!decoder) fail_on_file(options.out, decoder.error());
+  if (const auto recorded = (*decoder)->recorded_error()) report["recorded_error"] = describe_recorded(*recorded);
   Row size = describe_size(*file, bytes.size(), options.bytes_per_voxel);
   if (codec->traits().stored_compressed && options.json)
     add_rates_at_rest(bytes, source.info().bytes(), size);
   for (const auto& [key, value] : size.items()) report[key] = value;
+  report["streamed"] = original.streamed();
   report["seconds"] = time.wall_seconds;
   report["cpu_seconds"] = time.cpu_seconds;
   options.json ? print_json(report) : report_encoding(report);
+  return report.value("bound_kept", true) ? kExitOk : kExitCheckFailed;
 }
 
 struct DecodeOptions {
@@ -89,11 +127,20 @@ void decode(const DecodeOptions& options) {
                     options.out));
   }
   volumes::check_volume_output(options.out, {options.in});
-  const volumes::Buffer bytes = read_file(options.in);
-  const auto volume = codecs::decode(bytes.bytes(), options.lod, options.threads);
-  if (!volume && volume.error().code == volumes::ErrorCode::kOutOfMemory) throw std::bad_alloc();
-  if (!volume) fail_on_file(options.in, volume.error());
-  volumes::write_volume(options.out, volumes::MemorySource(*volume));
+  const volumes::MappedFile bytes(options.in);
+  const auto file = codecs::open_file(bytes.bytes());
+  if (!file) fail_on_file(options.in, file.error());
+  const auto decoder = codecs::open_decoder(*file);
+  if (!decoder) fail_on_file(options.in, decoder.error());
+  if (options.lod >= (*decoder)->levels()) {
+    throw volumes::InputError(fmt::format("{}: level of detail: expected 0..{}, found {}", options.in,
+                                          (*decoder)->levels() - 1, options.lod));
+  }
+  volumes::write_volume(options.out,
+                        volumes::SlabPipe(codecs::level_info(file->stream.info, options.lod), options.in,
+                                          [&](volumes::SlabSink& sink) {
+                                            return (*decoder)->decode(options.lod, options.threads, sink);
+                                          }));
 }
 
 struct ValidateOptions {
@@ -104,7 +151,7 @@ struct ValidateOptions {
 int validate(const ValidateOptions& options) {
   int exit_code = kExitOk;
   for (const std::string& path : options.files) {
-    const volumes::Buffer bytes = read_file(path);
+    const volumes::MappedFile bytes(path);
     const auto valid = codecs::validate(bytes.bytes(), options.threads);
     fmt::print("{}: {}\n", volumes::printable(path), valid ? "valid" : volumes::printable(valid.error().message));
     if (!valid) exit_code = kExitCheckFailed;
@@ -151,8 +198,7 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
                      "files are usually stored so");
   encoding->callback([e, &exit_code] {
     const InterruptWatch watch;
-    encode(*e);
-    exit_code = kExitOk;
+    exit_code = encode(*e);
   });
 
   auto d = std::make_shared<DecodeOptions>();

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <thread>
 
+#include "codecs/estimates.hpp"
 #include "codecs/registry.hpp"
 #include "experiments/error_sink.hpp"
 
@@ -140,6 +141,10 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std:
       size["gpu_bytes"] = bytes;
       size["gpu_bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);
     }
+  }
+  if (const auto bound = codecs::bound_of(file, *decoder)) {
+    size["bound"] = bound->promised;
+    size["bound_kept"] = bound->kept();
   }
   for (std::size_t i = 0; i < codecs::kByteClasses; ++i) {
     const auto byte_class = static_cast<codecs::ByteClass>(i);

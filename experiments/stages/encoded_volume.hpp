@@ -11,7 +11,7 @@ namespace cvr::experiments {
 
 /// Rates in percent of the original: `rate` of the whole file against the stored type, `published_rate` of
 /// the published bytes against `bytes_per_voxel` (0: the stored type); bits_per_voxel; breakdown; of lossy codecs that a GPU decodes
-/// gpu_bytes and gpu_bits_per_voxel. Throws StageFailure if the breakdown does not sum.
+/// gpu_bytes and gpu_bits_per_voxel; where the parameters promise an error the bound, and bound_kept, whether the encoder kept it. Throws StageFailure if the breakdown does not sum.
 Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std::uint32_t bytes_per_voxel);
 
 /// Adds rate_gzip and rate_xz: the file through gzip -6 and xz -6.

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -30,9 +31,9 @@ class Program {
 
   std::string operator/(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// The arguments as a shell reads them; the current folder is the test's own.
-  Outcome run(const std::string& arguments) const {
-    const std::string command = "cd " + folder_.string() + " && XDG_CACHE_HOME=" + (*this / "cache") + " XDG_DATA_HOME=" + (*this / "share") +
+  /// The arguments as a shell reads them; the current folder is the test's own. `before`: commands of the shell that go first.
+  Outcome run(const std::string& arguments, const std::string& before = "") const {
+    const std::string command = "cd " + folder_.string() + " && " + before + "XDG_CACHE_HOME=" + (*this / "cache") + " XDG_DATA_HOME=" + (*this / "share") +
                                 " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " + arguments + " 2>" +
                                 (*this / "stderr");
     FILE* pipe = popen(command.c_str(), "r");
@@ -44,6 +45,11 @@ class Program {
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     outcome.err = read("stderr");
     return outcome;
+  }
+
+  /// Within so many bytes of address space.
+  Outcome run_within(std::uint64_t address_space, const std::string& arguments) const {
+    return run(arguments, "ulimit -v " + std::to_string(address_space / 1024) + "; ");
   }
 
   void write(const std::string& name, const std::string& text) const {

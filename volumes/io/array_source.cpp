@@ -44,7 +44,9 @@ class ArraySource final : public VolumeSource {
   void read(const Box& box, std::byte* out) const override {
     if (layout_.encoding != ArrayEncoding::kPlain && decoded_.empty()) decode();
     const bool decoded = !decoded_.empty();
-    if (x_fastest()) {
+    if (!file_.whole()) {
+      read_from_file(box, out);
+    } else if (x_fastest()) {
       MemorySource(info_, decoded ? decoded_.data() : file_.bytes().data() + layout_.offset + first_byte()).read(box, out);
     } else {
       gather(decoded ? decoded_.data() : file_.bytes().data() + layout_.offset, box, out);
@@ -53,7 +55,7 @@ class ArraySource final : public VolumeSource {
   }
 
   const std::byte* data() const override {
-    if (!x_fastest()) return nullptr;
+    if (!x_fastest() || !file_.whole()) return nullptr;
     if (!decoded_.empty()) return decoded_.data();
     const bool swapped = layout_.big_endian && size_of(info_.type) > 1;
     if (layout_.encoding != ArrayEncoding::kPlain || swapped || layout_.reject_negative || layout_.whole_numbers) {
@@ -74,7 +76,11 @@ class ArraySource final : public VolumeSource {
   std::uint64_t first_byte() const { return layout_.first_step * layout_.strides[3] * size_of(info_.type); }
 
   void check_size() {
-    const std::uint64_t size = file_.bytes().size();
+    const std::uint64_t size = file_.size();
+    if (!file_.whole() && (layout_.encoding != ArrayEncoding::kPlain || !x_fastest())) {
+      throw_input_error(file_.path(), "", "a compressed or reordered file that can be mapped whole",
+                        fmt::format("{} bytes, more than this process may map", size));
+    }
     const std::uint64_t coded = size - std::min(layout_.start, size);
     switch (layout_.encoding) {
       case ArrayEncoding::kGzip:
@@ -128,6 +134,23 @@ class ArraySource final : public VolumeSource {
       settle(voxels.bytes(), {{0, 0, 0}, info_.extent});
     }
     decoded_ = std::move(voxels);
+  }
+
+  /// Of a file that is not mapped whole: in pieces as long as lie together.
+  void read_from_file(const Box& box, std::byte* out) const {
+    const Extent& extent = info_.extent;
+    const std::size_t voxel = size_of(info_.type);
+    const bool whole_rows = box.size.x == extent.x;
+    const std::uint64_t rows = whole_rows ? box.size.y : 1;
+    const std::uint64_t planes = whole_rows && box.size.y == extent.y ? box.size.z : 1;
+    const std::size_t piece = box.size.x * rows * planes * voxel;
+    for (std::uint64_t z = 0; z < box.size.z; z += planes) {
+      for (std::uint64_t y = 0; y < box.size.y; y += rows) {
+        const Coordinate start{box.origin.x, box.origin.y + y, box.origin.z + z};
+        file_.read(layout_.offset + first_byte() + extent.index(start) * voxel, {out, piece});
+        out += piece;
+      }
+    }
   }
 
   void gather(const std::byte* stored, const Box& box, std::byte* out) const {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -25,6 +26,7 @@ namespace cvr::volumes {
 namespace {
 
 constexpr int kPartialNames = 1000;
+constexpr std::size_t kBeginBytes = std::size_t{16} << 20;
 
 std::uint64_t checked_file_size(const std::string& path, int descriptor) {
   struct stat status {};
@@ -39,6 +41,13 @@ int open_for_reading(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw_input_error(path, "", "a readable file", std::strerror(errno));
   return descriptor;
+}
+
+/// The bytes of address space that this process may have.
+std::uint64_t address_space() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return ~std::uint64_t{0};
+  return limit.rlim_cur;
 }
 
 class Descriptor {
@@ -81,26 +90,53 @@ bool lies_in(const std::string& path, const Identity& folder) {
 
 }  // namespace
 
-MappedFile::MappedFile(const std::string& path) : path_(path) {
+MappedFile::MappedFile(const std::string& path, Least least) : path_(path) {
   const Descriptor file(open_for_reading(path));
-  size_ = checked_file_size(path, file.get());
+  size_ = mapped_ = checked_file_size(path, file.get());
   if (size_ == 0) return;
-  void* mapped = ::mmap(nullptr, size_, PROT_READ, MAP_SHARED, file.get(), 0);
-  if (mapped == MAP_FAILED) {
-    size_ = 0;
-    throw_input_error(path, "", "a file that can be mapped", std::strerror(errno));
+  if (least == Least::kBegin && size_ > std::max<std::uint64_t>(kBeginBytes, address_space() / 2)) {
+    mapped_ = kBeginBytes;
+    descriptor_ = ::fcntl(file.get(), F_DUPFD_CLOEXEC, 0);
+  }
+  void* mapped = ::mmap(nullptr, mapped_, PROT_READ, MAP_SHARED, file.get(), 0);
+  if (mapped == MAP_FAILED || (!whole() && descriptor_ < 0)) {
+    const int error = errno;
+    if (mapped != MAP_FAILED) ::munmap(mapped, mapped_);
+    if (descriptor_ >= 0) ::close(descriptor_);
+    throw_input_error(path, "", fmt::format("room to map {} bytes", mapped_), std::strerror(error));
   }
   data_ = static_cast<const std::byte*>(mapped);
 }
 
 MappedFile::~MappedFile() {
-  if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), size_);
+  if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), mapped_);
+  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 MappedFile::MappedFile(MappedFile&& other) noexcept
     : path_(std::move(other.path_)),
       data_(std::exchange(other.data_, nullptr)),
-      size_(std::exchange(other.size_, 0)) {}
+      mapped_(std::exchange(other.mapped_, 0)),
+      size_(std::exchange(other.size_, 0)),
+      descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+void MappedFile::read(std::uint64_t offset, std::span<std::byte> out) const {
+  if (offset <= mapped_ && out.size() <= mapped_ - offset) {
+    if (!out.empty()) std::memcpy(out.data(), data_ + offset, out.size());
+    return;
+  }
+  while (!out.empty()) {
+    const std::size_t piece = std::min<std::size_t>(out.size(), 1u << 30);
+    const ssize_t got = descriptor_ < 0 ? 0 : ::pread(descriptor_, out.data(), piece, static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) {
+      throw_input_error(path_, fmt::format("byte {}", offset), fmt::format("{} more bytes", out.size()),
+                        got < 0 ? std::strerror(errno) : "the end of the file");
+    }
+    offset += static_cast<std::uint64_t>(got);
+    out = out.subspan(static_cast<std::size_t>(got));
+  }
+}
 
 void require_file(const std::string& path) {
   const Descriptor file(open_for_reading(path));

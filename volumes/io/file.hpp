@@ -14,20 +14,32 @@ namespace cvr::volumes {
 /// ends this one with a bus error, as with every memory map.
 class MappedFile {
  public:
+  /// What to do with a file larger than half of the address space that this process may have (ulimit -v): map it nevertheless, or its
+  /// first 16 MiB alone, the rest by read(), so that there is room for the work.
+  enum class Least : std::uint8_t { kWhole, kBegin };
+
   /// Throws InputError if the file is missing, a folder, or cannot be read.
-  explicit MappedFile(const std::string& path);
+  explicit MappedFile(const std::string& path, Least least = Least::kWhole);
   ~MappedFile();
   MappedFile(MappedFile&& other) noexcept;
   MappedFile& operator=(MappedFile&&) = delete;
 
   const std::string& path() const { return path_; }
-  std::span<const std::byte> bytes() const { return {data_, size_}; }
-  std::string_view text() const { return {reinterpret_cast<const char*>(data_), size_}; }
+  /// What is mapped: the whole file, or where !whole() its begin.
+  std::span<const std::byte> bytes() const { return {data_, mapped_}; }
+  std::string_view text() const { return {reinterpret_cast<const char*>(data_), mapped_}; }
+  bool whole() const { return mapped_ == size_; }
+  /// Bytes of the file.
+  std::uint64_t size() const { return size_; }
+  /// Copies bytes of the file that may lie behind what is mapped. Throws InputError if they are not there.
+  void read(std::uint64_t offset, std::span<std::byte> out) const;
 
  private:
   std::string path_;
   const std::byte* data_ = nullptr;
-  std::size_t size_ = 0;
+  std::size_t mapped_ = 0;
+  std::uint64_t size_ = 0;
+  int descriptor_ = -1;  ///< of a file that is not mapped whole
 };
 
 /// Throws InputError unless `path` is a readable regular file.

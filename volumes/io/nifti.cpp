@@ -298,7 +298,7 @@ std::vector<double> voxel_sizes(const std::string& file, const nifti_1_header& f
 std::vector<std::byte> bytes_before_voxels(const MappedFile& file, bool gzip, std::uint64_t count) {
   std::vector<std::byte> start;
   if (gzip) {
-    check_inflatable(file.path(), file.bytes().size(), count);
+    check_inflatable(file.path(), file.size(), count);
     start.resize(count);
     inflate_start(file.path(), file.bytes(), start);
   } else if (count <= file.bytes().size()) {
@@ -325,7 +325,7 @@ Header read_header(const MappedFile& file, bool gzip) {
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, const OpenOptions& options) {
-  MappedFile file(path.file);
+  MappedFile file(path.file, MappedFile::Least::kBegin);
   const bool gzip = is_gzip(file.bytes());
   const Header header = read_header(file, gzip);
   const nifti_1_header& fields = header.fields;

@@ -41,7 +41,7 @@ ArrayLayout layout_of(const NrrdHeader& header, const MappedFile& data) {
       break;
     case ArrayEncoding::kHex:
     case ArrayEncoding::kText:
-      layout.start = std::min<std::uint64_t>(behind_lines + skip, data.bytes().size());
+      layout.start = std::min<std::uint64_t>(behind_lines + skip, data.size());
       break;
   }
   return layout;
@@ -55,13 +55,13 @@ MappedFile open_data(MappedFile file, const NrrdHeader& header, const OpenOption
     throw_input_error(file.path(), header.line_of("data file"), "nothing behind a header that names a data file",
                       fmt::format("{} bytes there", behind.size()));
   }
-  return MappedFile(named_file(file.path(), header.line_of("data file"), header.data_file, options));
+  return MappedFile(named_file(file.path(), header.line_of("data file"), header.data_file, options), MappedFile::Least::kBegin);
 }
 
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options) {
-  MappedFile file(path.file);
+  MappedFile file(path.file, MappedFile::Least::kBegin);
   const NrrdHeader header = parse_nrrd_header(path.file, file.text());
   const Interpretation meaning = interpret(path.file, header.type, options.kind, header.kind, FloatLabels::kConverted,
                                            header.type.is_float64 ? fmt::format("float64 (NRRD type {})", header.type_name) : "");

@@ -119,7 +119,7 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions& options) {
-  MappedFile file(path.file);
+  MappedFile file(path.file, MappedFile::Least::kBegin);
   const std::string sidecar_path = sidecar_name(path.file);
   const Sidecar sidecar = read_sidecar(path.file, options);
   const Interpretation meaning = interpret(path.file, {sidecar.type, sidecar.type == VoxelType::kI16},
@@ -140,7 +140,7 @@ std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions
                      .reject_negative = meaning.reject_negative,
                      .whole_numbers = meaning.whole_numbers};
   apply_axes(path, "steps", axes, info, layout);
-  const std::uint64_t size = file.bytes().size();
+  const std::uint64_t size = file.size();
   if (layout.offset > size || size - layout.offset != layout.stored_bytes) {
     throw_input_error(
         path.file, "",
