@@ -331,7 +331,8 @@ class Runner {
       end_badly(one, side, outcome, message, fmt::format("round {}", side.measured.rounds + 1));
       return false;
     }
-    side.peak_bytes = message.value("peak_bytes", std::uint64_t{0});
+    if (const auto peak = message.find("peak_bytes"); peak != message.end() && peak->is_number_unsigned())
+      side.peak_bytes = peak->get<std::uint64_t>();
     if (!counts) return true;
     const Round round{std::move(*samples), now_seconds() - start};
     side.busy_seconds += round.seconds;
