@@ -152,8 +152,8 @@ std::string output_target(const std::string& path) {
   if (::stat(path.c_str(), &status) != 0) {
     const int reason = errno;
     if (reason != ENOENT) throw_output_error(path, std::strerror(reason));
-    if (::lstat(path.c_str(), &status) == 0)
-      throw_output_error(path, "it is a symbolic link to a file that is missing");
+    const bool link = ::lstat(path.c_str(), &status) == 0 && S_ISLNK(status.st_mode);
+    if (link) throw_output_error(path, "it is a symbolic link to a file that is missing");
     const std::string folder = folder_of(path);
     if (::stat(folder.c_str(), &status) != 0)
       throw_output_error(path, fmt::format("there is no folder '{}'", folder));
@@ -163,9 +163,12 @@ std::string output_target(const std::string& path) {
   if (!S_ISREG(status.st_mode)) {
     throw_output_error(path, "a device, pipe or socket has this name, and only plain files are replaced");
   }
-  if (::access(path.c_str(), W_OK) != 0) throw_output_error(path, std::strerror(errno));
+  // Another writer of the same name may take the file away at any moment, to put its own there.
+  const bool writable = ::access(path.c_str(), W_OK) == 0;
+  if (!writable && errno != ENOENT) throw_output_error(path, std::strerror(errno));
   const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr), &std::free);
-  if (!resolved) throw_output_error(path, std::strerror(errno));
+  if (!resolved && errno != ENOENT) throw_output_error(path, std::strerror(errno));
+  if (!writable || !resolved) return path;
   return resolved.get();
 }
 
