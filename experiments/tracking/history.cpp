@@ -10,6 +10,7 @@
 #include <set>
 
 #include "experiments/statistics.hpp"
+#include "experiments/tracking/json_shape.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::experiments {
@@ -24,13 +25,25 @@ std::string identity_of(const Row& line) {
   return line.value("time", "") + "|" + line.value("revision", "") + "|" + line.value("key", "") + "|" + line.value("quantity", "");
 }
 
+/// Whether a line has the fields that make it a figure, and those it has are of their types.
+bool is_figure(const Row& line) {
+  if (!line.is_object() || !line.contains("value")) return false;
+  for (const char* name : {"key", "quantity"}) {
+    if (!line.contains(name)) return false;
+  }
+  for (const char* name : {"key", "quantity", "time", "revision", "codec", "kind", "unit", "class"}) {
+    if (line.contains(name) && !line.at(name).is_string()) return false;
+  }
+  return true;
+}
+
 std::vector<Row> load_lines(const fs::path& path) {
   std::vector<Row> lines;
   std::ifstream in(path);
   std::string text;
   for (std::size_t n = 1; std::getline(in, text); ++n) {
     Row line = Row::parse(text, nullptr, false);
-    if (!line.is_object() || !line.contains("key") || !line.contains("quantity") || !line.contains("value"))
+    if (!is_figure(line))
       throw volumes::InputError(fmt::format("{}:{}: expected a figure (an object with key, quantity and value), found '{}'", path.string(), n,
                                             text.substr(0, 40)));
     lines.push_back(std::move(line));
@@ -38,13 +51,21 @@ std::vector<Row> load_lines(const fs::path& path) {
   return lines;
 }
 
+/// Names a file of the store, so it may not lead out of it. Throws InputError.
+std::string machine_of(const Row& row) {
+  const std::string machine = row.at("provenance").value("machine", "unknown");
+  const bool name = !machine.empty() && machine.front() != '.' && std::ranges::none_of(machine, [](char c) { return c == '/' || c == '\0'; });
+  if (!name) throw volumes::InputError(fmt::format("row '{}': expected the fingerprint of a machine, found '{}'", row.value("key", ""), machine));
+  return machine;
+}
+
 Row figure_of(const Row& row, const Quantity& quantity) {
   Row line;
-  line["time"] = row["provenance"].value("time", "");
-  line["revision"] = row["provenance"].value("revision", "");
-  line["key"] = row["key"];
-  line["codec"] = row["codec"].value("id", "");
-  line["version"] = row["codec"].value("version", 0);
+  line["time"] = row.at("provenance").value("time", "");
+  line["revision"] = row.at("provenance").value("revision", "");
+  line["key"] = row.at("key");
+  line["codec"] = row.at("codec").value("id", "");
+  line["version"] = row.at("codec").value("version", 0);
   line["quantity"] = quantity.name;
   line["kind"] = name_of(quantity.kind);
   if (quantity.kind == QuantityKind::kTime) {
@@ -135,7 +156,7 @@ Recorded record_history(const std::string& store, const std::vector<Row>& rows) 
   std::map<std::string, std::set<std::string>> known;
   for (const auto& [key, row] : latest_by(rows, "key")) {
     if (row.value("status", "") != kOk) continue;
-    const std::string machine = row["provenance"].value("machine", "unknown");
+    const std::string machine = machine_of(row);
     if (!known.contains(machine)) {
       for (const Row& line : load_lines(fs::path(store) / (machine + ".jsonl"))) known[machine].insert(identity_of(line));
     }
