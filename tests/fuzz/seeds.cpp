@@ -12,6 +12,7 @@
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
 #include "tests/fuzz/payload_input.hpp"
+#include "tests/fuzz/seeds_hdf5.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::fuzz {
@@ -93,6 +94,26 @@ void add_volume_files(Seeds& seeds, const fs::path& scratch) {
     } catch (const volumes::InputError&) {
     }
   }
+}
+
+void add_hdf5_files(Seeds& seeds, const fs::path& scratch) {
+  const fs::path path = scratch / "seed.h5";
+  const auto add = [&](const std::string& name, const Hdf5Seed& seed) {
+    write_hdf5_seed(path.string(), seed);
+    seeds.add("hdf5", name, read(path));
+  };
+  for (const auto layout : {Hdf5Seed::kCompact, Hdf5Seed::kContiguous, Hdf5Seed::kChunked}) {
+    for (unsigned type = 0; type < 6; ++type) {
+      for (const bool latest : {false, true}) {
+        add(fmt::format("layout{}_type{}{}", static_cast<int>(layout), type, latest ? "_latest" : ""), {.latest = latest, .layout = layout, .type = type});
+      }
+    }
+    add(fmt::format("layout{}_attributes", static_cast<int>(layout)), {.latest = true, .layout = layout, .attributes = true});
+    add(fmt::format("layout{}_old_attributes", static_cast<int>(layout)), {.layout = layout, .attributes = true});
+    add(fmt::format("layout{}_variable_text", static_cast<int>(layout)),
+        {.latest = true, .layout = layout, .type = 1, .attributes = true, .variable_length = true});
+  }
+  for (const int rank : {1, 2, 4, 5}) add(fmt::format("rank{}", rank), {.latest = true, .layout = Hdf5Seed::kCompact, .rank = rank});
 }
 
 /// Headers that the files beside them fit.
@@ -188,6 +209,7 @@ int main(int argc, char** argv) {
   cvr::fuzz::Seeds seeds(argv[1]);
   cvr::fuzz::add_encodings(seeds);
   cvr::fuzz::add_volume_files(seeds, scratch);
+  cvr::fuzz::add_hdf5_files(seeds, scratch);
   cvr::fuzz::add_detached_headers(seeds);
   cvr::fuzz::add_precomputed(seeds);
   cvr::fuzz::add_records(seeds);
