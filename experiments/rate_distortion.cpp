@@ -67,8 +67,8 @@ std::vector<RatePoint> curve_of(std::span<const RatePoint> points) {
     if (kept[i] && std::isfinite(points[i].psnr_db)) curve.push_back(points[i]);
   }
   std::ranges::sort(curve, {}, &RatePoint::bits_per_voxel);
-  const auto repeated = std::ranges::unique(curve, {}, &RatePoint::bits_per_voxel);
-  curve.erase(repeated.begin(), repeated.end());
+  const auto same_rate = [](const RatePoint& a, const RatePoint& b) { return a.bits_per_voxel == b.bits_per_voxel; };
+  curve.erase(std::unique(curve.begin(), curve.end(), same_rate), curve.end());
   return curve;
 }
 

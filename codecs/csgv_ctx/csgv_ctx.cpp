@@ -192,7 +192,7 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   std::vector<std::uint32_t>& list = workspace.list;
   list = workspace.labels;
   std::ranges::sort(list);
-  list.erase(std::ranges::unique(list).begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
   const auto place_in = [](const std::vector<std::uint32_t>& in, std::uint32_t label) {
     return static_cast<std::uint32_t>(std::ranges::lower_bound(in, label) - in.begin());
   };

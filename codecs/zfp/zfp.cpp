@@ -66,7 +66,7 @@ void decode_block(zfp_stream* stream, float* values) { zfp_decode_block_float_3(
 template <class T, class Promotion>
 class ZfpCoder final : public BlockCoder {
  public:
-  using Value = Promotion::Value;
+  using Value = typename Promotion::Value;
 
   ZfpCoder(const Mode& mode, const ScalarRange& range)
       : least_(static_cast<T>(range.minimum)),

@@ -77,11 +77,11 @@ std::string baseline_path(const std::string& folder, const Config& config) {
 Baseline load_baseline(const std::string& path) {
   if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected a baseline, found no file: 'baseline update' writes it", path));
   const Row file = volumes::read_json_file(path);
-  if (!file.is_object() || !file.contains("cells") || !file["cells"].is_object())
-    throw volumes::InputError(fmt::format("{}: expected an object with the object 'cells'", path));
+  if (!file.is_object() || !file.contains("cells") || !file["cells"].is_object() || !file.value("config", Row("")).is_string())
+    throw volumes::InputError(fmt::format("{}: expected an object with the object 'cells' and the text 'config'", path));
   Baseline baseline{file.value("config", ""), {}};
   for (const auto& [key, figures] : file["cells"].items()) {
-    if (!figures.is_object()) throw volumes::InputError(fmt::format("{}: expected an object of figures of the cell '{}'", path, key));
+    if (!figures.is_object()) throw volumes::InputError(fmt::format("{}: {}: expected an object of figures, found {}", path, key, figures.type_name()));
     for (const auto& [quantity, value] : figures.items()) baseline.cells[key][quantity] = value;
   }
   return baseline;

@@ -8,6 +8,7 @@
 
 #include "experiments/escaping.hpp"
 #include "experiments/statistics.hpp"
+#include "experiments/tracking/json_shape.hpp"
 #include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {
@@ -26,14 +27,14 @@ std::vector<double> ascending(std::span<const double> samples) {
 std::string percent(double ratio) { return fmt::format("{:+.1f} %", 100 * (ratio - 1)); }
 
 std::string mode_of(const Row& row) {
-  if (row.contains("render") && row["render"].contains("cache")) return row["render"]["cache"].get<std::string>();
+  if (row.contains("render") && row.at("render").contains("cache")) return row.at("render").at("cache").get<std::string>();
   return row.value("stage", "");
 }
 
-std::string machine_of(const Row& row) { return row.contains("provenance") ? row["provenance"].value("machine", "") : ""; }
+std::string machine_of(const Row& row) { return row.contains("provenance") ? row.at("provenance").value("machine", "") : ""; }
 
 /// The device that drew, "" for other stages: software devices of two versions are two machines.
-std::string device_of(const Row& row) { return row.contains("device") ? row["device"].value("driver", "") + row["device"].value("name", "") : ""; }
+std::string device_of(const Row& row) { return row.contains("device") ? row.at("device").value("driver", "") + row.at("device").value("name", "") : ""; }
 
 void judge_numbers(ComparedQuantity& c) {
   if (!c.base.number || !c.fresh.number) {
@@ -88,7 +89,7 @@ class Comparer {
   ComparedQuantity start(const Row& row, Quantity base, Quantity fresh) const {
     ComparedQuantity c;
     c.key = row.value("key", "");
-    c.codec = row.contains("codec") ? row["codec"].value("id", "") : "";
+    c.codec = row.contains("codec") ? row.at("codec").value("id", "") : "";
     c.mode = mode_of(row);
     c.base = std::move(base);
     c.fresh = std::move(fresh);
@@ -202,7 +203,9 @@ std::size_t CompareReport::count(Outcome outcome) const {
   return static_cast<std::size_t>(std::ranges::count(comparisons, outcome, &ComparedQuantity::outcome));
 }
 
-CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh, const CompareOptions& options) {
+namespace {
+
+CompareReport compare_latest(const std::vector<Row>& base, const std::vector<Row>& fresh, const CompareOptions& options) {
   const auto from = latest_by(base, "key"), to = latest_by(fresh, "key");
   Comparer comparer(options);
   std::set<std::string> seen;
@@ -220,6 +223,12 @@ CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>&
     if (!from.contains(key) && row.value("status", "") == kOk) comparer.report.only_in_new.push_back(key);
   }
   return std::move(comparer.report);
+}
+
+}  // namespace
+
+CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh, const CompareOptions& options) {
+  return expecting_shape("rows", "the fields of results/schema/row.schema.json", [&] { return compare_latest(base, fresh, options); });
 }
 
 std::vector<CompareSummary> summarise(const CompareReport& report) {

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "experiments/statistics.hpp"
+#include "experiments/tracking/json_shape.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/json_text.hpp"
@@ -27,14 +28,25 @@ std::string identity_of(const Row& line) {
   return line.value("time", "") + "|" + line.value("revision", "") + "|" + line.value("key", "") + "|" + line.value("quantity", "");
 }
 
+/// Whether a line has the fields that make it a figure, and those it has are of their types.
+bool is_figure(const Row& line) {
+  if (!line.is_object() || !line.contains("value")) return false;
+  for (const char* name : {"key", "quantity"}) {
+    if (!line.contains(name)) return false;
+  }
+  for (const char* name : {"key", "quantity", "time", "revision", "codec", "kind", "unit", "class"}) {
+    if (line.contains(name) && !line.at(name).is_string()) return false;
+  }
+  return true;
+}
+
 std::vector<Row> load_lines(const fs::path& path) {
   std::vector<Row> lines;
   std::ifstream in(path);
   std::string text;
   for (std::size_t n = 1; std::getline(in, text); ++n) {
     Row line = volumes::parse_json(text, path.string(), n);
-    const auto is_text = [&](const char* field) { return line.contains(field) && line[field].is_string(); };
-    if (!line.is_object() || !is_text("key") || !is_text("quantity") || !line.contains("value"))
+    if (!is_figure(line))
       throw volumes::InputError(fmt::format("{}:{}: expected a figure (an object with key, quantity and value), found '{}'", path.string(), n,
                                             text.substr(0, 40)));
     lines.push_back(std::move(line));

@@ -43,8 +43,14 @@ std::string default_noise_path() {
 NoiseFloors load_floors(const std::string& path, const std::string& machine, Arrangement arrangement) {
   NoiseFloors floors;
   const Row file = load(path);
-  if (!file.contains(machine) || !file[machine].is_object() || !file[machine].contains(name_of(arrangement))) return floors;
-  for (const auto& [noise_class, entry] : file[machine][std::string(name_of(arrangement))].items()) {
+  if (!file.contains(machine)) return floors;
+  const Row& known = file.at(machine);
+  if (!known.is_object()) throw volumes::InputError(fmt::format("{}: {}: expected an object of noise floors, found {}", path, machine, known.type_name()));
+  const std::string arranged(name_of(arrangement));
+  if (!known.contains(arranged)) return floors;
+  if (!known.at(arranged).is_object())
+    throw volumes::InputError(fmt::format("{}: {} {}: expected an object, found {}", path, machine, arranged, known.at(arranged).type_name()));
+  for (const auto& [noise_class, entry] : known.at(arranged).items()) {
     if (!entry.is_object() || !entry.contains("floor") || !entry["floor"].is_number() || !(entry["floor"].get<double>() >= 0))
       throw volumes::InputError(fmt::format("{}: {} {}: expected an object with a number 'floor' from 0", path, machine, noise_class));
     floors.set(noise_class, entry["floor"].get<double>());

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "experiments/tracking/json_shape.hpp"
+
 namespace cvr::experiments {
 
 namespace {
@@ -24,8 +26,8 @@ void add_exact(const Row& row, const std::string& name, std::vector<Quantity>& o
 }
 
 void add_counted(const Row& row, const std::string& key, const std::string& name, std::vector<Quantity>& out) {
-  if (row.contains(key) && row[key].is_number()) {
-    out.push_back({.name = name, .kind = QuantityKind::kCounted, .number = row[key].get<double>()});
+  if (row.contains(key) && row.at(key).is_number()) {
+    out.push_back({.name = name, .kind = QuantityKind::kCounted, .number = row.at(key).get<double>()});
   }
 }
 
@@ -54,20 +56,47 @@ void add_times(const Row& row, std::vector<Quantity>& out) {
     const std::string_view noise_class = stage == "encode" ? kNoiseClasses[0] : kNoiseClasses[1];
     add_time(samples_in(row.at("time").at("seconds")), stage, "s", noise_class, out);
     if (row.contains("steps")) {
-      for (const Row& step : row["steps"]) {
+      for (const Row& step : row.at("steps")) {
         if (step.contains("seconds"))
-          add_time(samples_in(step["seconds"]), fmt::format("{} step {}", stage, step.value("name", "?")), "s", noise_class, out);
+          add_time(samples_in(step.at("seconds")), fmt::format("{} step {}", stage, step.value("name", "?")), "s", noise_class, out);
       }
     }
   }
   if (row.contains("access")) {
-    for (const Row& series : row["access"]) {
+    for (const Row& series : row.at("access")) {
       add_time(samples_in(series.at("ns_per_voxel")), fmt::format("access {} level {}", series.value("points", "?"), series.value("lod", 0)), "ns",
                kNoiseClasses[2], out);
     }
   }
-  if (row.contains("frames")) add_time(round_means(row["frames"].value("ms", Row::array())), "frame", "ms", kNoiseClasses[3], out);
-  if (row.contains("held")) add_time(round_means(row["held"].value("ms", Row::array())), "held frame", "ms", kNoiseClasses[4], out);
+  if (row.contains("frames")) add_time(round_means(row.at("frames").value("ms", Row::array())), "frame", "ms", kNoiseClasses[3], out);
+  if (row.contains("held")) add_time(round_means(row.at("held").value("ms", Row::array())), "held frame", "ms", kNoiseClasses[4], out);
+}
+
+std::vector<Quantity> read_quantities(const Row& row) {
+  std::vector<Quantity> all;
+  if (row.value("status", "") != kOk) return all;
+  for (const char* part : {"size", "error"}) {
+    if (row.contains(part)) add_exact(row.at(part), part, all);
+  }
+  if (row.contains("verification")) {
+    // How far a picture is from the reference depends on the device's arithmetic; wrong pixels and voxels do not.
+    for (const char* count : {"voxels_compared", "mismatches", "pixels_compared", "label_mismatches"}) {
+      if (row.at("verification").contains(count)) {
+        all.push_back({.name = fmt::format("verification.{}", count),
+                       .kind = QuantityKind::kExact,
+                       .number = row.at("verification").at(count).get<double>()});
+      }
+    }
+  }
+  if (row.contains("counters")) {
+    for (const auto& [name, value] : row.at("counters").items()) add_counted(row.at("counters"), name, "counters." + name, all);
+  }
+  if (row.contains("memory")) {
+    add_counted(row.at("memory"), "gpu_bytes", "memory.gpu_bytes", all);
+    add_counted(row.at("memory"), "peak_bytes", "memory.peak_bytes", all);
+  }
+  add_times(row, all);
+  return all;
 }
 
 }  // namespace
@@ -85,30 +114,7 @@ std::string_view name_of(QuantityKind kind) {
 }
 
 std::vector<Quantity> quantities_of(const Row& row) {
-  std::vector<Quantity> all;
-  if (row.value("status", "") != kOk) return all;
-  for (const char* part : {"size", "error"}) {
-    if (row.contains(part)) add_exact(row[part], part, all);
-  }
-  if (row.contains("verification")) {
-    // How far a picture is from the reference depends on the device's arithmetic; wrong pixels and voxels do not.
-    for (const char* count : {"voxels_compared", "mismatches", "pixels_compared", "label_mismatches"}) {
-      if (row["verification"].contains(count)) {
-        all.push_back({.name = fmt::format("verification.{}", count),
-                       .kind = QuantityKind::kExact,
-                       .number = row["verification"][count].get<double>()});
-      }
-    }
-  }
-  if (row.contains("counters")) {
-    for (const auto& [name, value] : row["counters"].items()) add_counted(row["counters"], name, "counters." + name, all);
-  }
-  if (row.contains("memory")) {
-    add_counted(row["memory"], "gpu_bytes", "memory.gpu_bytes", all);
-    add_counted(row["memory"], "peak_bytes", "memory.peak_bytes", all);
-  }
-  add_times(row, all);
-  return all;
+  return expecting_shape("a row", "the fields of results/schema/row.schema.json", [&] { return read_quantities(row); });
 }
 
 double tolerance_of(const Quantity& quantity) {

@@ -1,4 +1,4 @@
-#include "tests/fuzz/mutation/allocation_watch.hpp"
+#include "tests/fuzz/allocation_watch.hpp"
 
 #include <malloc.h>
 

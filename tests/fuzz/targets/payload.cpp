@@ -1,0 +1,34 @@
+// A payload alone, of the codec that is the variant: all that its decoder can be asked, and the decoder texts of the GPU as C++.
+#include <map>
+
+#include "codecs/registry.hpp"
+#include "tests/fuzz/exercise.hpp"
+#include "tests/fuzz/payload_input.hpp"
+
+namespace {
+
+std::vector<std::string> codec_ids() {
+  std::vector<std::string> ids;
+  for (const auto* codec : cvr::codecs::all_codecs()) ids.emplace_back(codec->traits().id);
+  return ids;
+}
+
+/// Finding the corners encodes a volume for each; so they are kept.
+const std::vector<cvr::codecs::Parameters>& corners_of(const cvr::codecs::Codec& codec) {
+  static std::map<std::string_view, std::vector<cvr::codecs::Parameters>> kept;
+  auto& corners = kept[codec.traits().id];
+  if (corners.empty()) corners = cvr::zoo::parameter_corners(codec);
+  return corners;
+}
+
+}  // namespace
+
+CVR_FUZZ_TARGET_WITH_VARIANTS(payload, codec_ids, id, input) {
+  if (input.size() < cvr::fuzz::kPayloadChoices) return;
+  const cvr::codecs::Codec* codec = cvr::codecs::find_codec(id);
+  if (codec == nullptr) std::abort();  // no such variant
+  cvr::codecs::Stream stream = cvr::fuzz::stream_of(*codec, corners_of(*codec), input.first<cvr::fuzz::kPayloadChoices>());
+  const std::vector<std::byte> payload(input.begin() + cvr::fuzz::kPayloadChoices, input.end());
+  stream.payload = payload;
+  cvr::fuzz::exercise_payload(*codec, stream);
+}

@@ -1,0 +1,23 @@
+// rows.jsonl: read, compared with itself, and appended to.
+#include "experiments/rows.hpp"
+#include "experiments/tracking/comparison.hpp"
+#include "tests/fuzz/input_files.hpp"
+
+CVR_FUZZ_TARGET(rows, input) {
+  static const cvr::fuzz::InputFolder kFolder;
+  const std::string path = kFolder.write("rows.jsonl", input);
+  std::vector<cvr::experiments::Row> rows;
+  try {
+    rows = cvr::experiments::load_rows(path);
+    cvr::experiments::latest_by(rows, "cell");
+    const auto report = cvr::experiments::compare_rows(rows, rows, {});
+    cvr::experiments::describe(report, true);
+    cvr::experiments::compare_to_rows(report);
+  } catch (const cvr::volumes::InputError&) {
+  }
+  try {
+    cvr::experiments::RowWriter(path).append({{"cell", "c"}, {"key", "k"}, {"status", "ok"}});
+    if (cvr::experiments::load_rows(path).back()["cell"] != "c") std::abort();
+  } catch (const cvr::volumes::InputError&) {
+  }
+}
