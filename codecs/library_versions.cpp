@@ -1,6 +1,5 @@
 #include "codecs/library_versions.hpp"
 
-#include <astcenc.h>
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <hdf5.h>
@@ -12,6 +11,8 @@
 #include <zstd.h>
 
 #include <filesystem>
+
+#include "codecs/astc/library.hpp"
 
 namespace cvr::codecs {
 
