@@ -66,12 +66,14 @@ Json parse_json(std::string_view text, const std::string& document, std::size_t 
     throw InputError(fmt::format("{}: expected JSON of at most {} levels of lists and objects, found a deeper one",
                                  place_of(text, at, document, line), max_depth));
   }
+  // The parser does not say where a key stands; a line is place enough.
+  const bool is_line = text.find('\n') == std::string_view::npos;
   std::vector<std::set<std::string>> keys;
   const auto keys_once = [&](int, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::object_start) keys.emplace_back();
     if (event == Json::parse_event_t::object_end) keys.pop_back();
     if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(fmt::format("{}: expected each key once, found {} again", line == 1 ? document : fmt::format("{}:{}", document, line),
+      throw InputError(fmt::format("{}: expected each key once, found {} again", is_line ? fmt::format("{}:{}", document, line) : document,
                                    parsed.dump(-1, ' ', true)));
     }
     return true;

@@ -272,7 +272,7 @@ TEST_F(ConfigTest, AxesAndExternalFilesBelongToFilesAndToTheirIdentity) {
   EXPECT_FALSE(plain.cells.front().dataset->allow_external);
   EXPECT_NE(plain.cells.front().row_key(), named.cells.front().row_key());
   EXPECT_EQ(plain.cells.front().row_key(), "scan|4x5x6|memcpy||1|encode") << "keys of rows without axes stay as they were";
-  EXPECT_EQ(error(block("{name: scan, axes: zy}")), "c.yaml:2:39: expected the letters x, y, z and where there are such axes t and c, each once, for "
+  EXPECT_EQ(error(block("{name: scan, axes: zy}")), "c.yaml:2:36: expected the letters x, y, z and where there are such axes t and c, each once, for "
                                                     "instance zyx, found 'zy'");
   EXPECT_THAT(error(block("{name: scan, axes: zzyx}")), HasSubstr("found 'zzyx'"));
   EXPECT_THAT(error(block("{name: scan, allow_external: maybe}")), HasSubstr("expected true or false, found 'maybe'"));

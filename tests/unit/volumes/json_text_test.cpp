@@ -46,6 +46,7 @@ TEST(JsonText, BracketsWithinTextAreNoNesting) {
 
 TEST(JsonText, RefusesKeysGivenTwice) {
   EXPECT_THAT(refusal(R"({"a": 1, "b": {"a": 2}, "a": 3})", 7), AllOf(StartsWith("rows.jsonl:7:"), HasSubstr("found \"a\" again")));
+  EXPECT_THAT(refusal(R"({"a": 1, "a": 3})", 1), StartsWith("rows.jsonl:1: "));
   EXPECT_EQ(refusal(R"({"a": {"a": [{"a": 1}, {"a": 2}]}})"), "accepted");
 }
 
