@@ -168,11 +168,13 @@ Reading of_each_step(const LineContext& line, Stage stage, const char* pointer, 
 
 Reading status_text(const LineContext& line) {
   std::string text;
+  bool any = false;
   for (const auto& [stage, row] : line.rows) {
+    any = any || row != nullptr;
     if (row == nullptr || is_ok(*row)) continue;
     text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", name_of(stage), row->value("status", ""));
   }
-  return text.empty() ? "ok" : text;
+  return !any ? "not measured" : text.empty() ? "ok" : text;
 }
 
 Reading samples_text(const LineContext& line) {
@@ -318,7 +320,7 @@ std::span<const Metric> voxel_metrics() {
       {"published_gb_per_s", "published GB/s", "the GB/s that the publication states, on its machine",
        [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }},
       {"samples", "n", "rounds measured, one number a stage", samples_text, false},
-      {"status", "status", "ok, or the statuses of the stages that are not", status_text, false},
+      {"status", "status", "ok, the statuses of the stages that are not, or not measured", status_text, false},
   };
   return kMetrics;
 }

@@ -25,6 +25,7 @@ void add_volume_facts(const volumes::VolumeInfo& info, Row& report) {
   report["kind"] = name_of(info.kind);
   report["voxel_size"] = info.voxel_size;
   report["voxel_unit"] = info.voxel_unit;
+  report["offset"] = info.offset;
   report["original_bytes"] = info.bytes();
 }
 

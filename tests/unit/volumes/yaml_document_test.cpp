@@ -1,5 +1,6 @@
 #include "volumes/yaml_document.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,8 +43,8 @@ TEST(YamlDocument, AnchorsMayBeUsedAgainButNotWithinThemselves) {
 TEST(YamlDocument, RefusesABombOfAliases) {
   std::string bomb = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
   for (int i = 1; i < 20; ++i) {
-    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [";
-    for (int k = 0; k < 10; ++k) bomb += std::string(k == 0 ? "" : ", ") + "*a" + std::to_string(i - 1);
+    bomb += fmt::format("a{0}: &a{0} [", i);
+    for (int k = 0; k < 10; ++k) bomb += fmt::format("{}*a{}", k == 0 ? "" : ", ", i - 1);
     bomb += "]\n";
   }
   EXPECT_THAT(refusal(bomb), HasSubstr("at most 1000000 values"));
