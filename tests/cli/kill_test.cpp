@@ -1,5 +1,6 @@
 // Runs that are killed, interrupted, stopped, resumed, or meet another run in their folder: no finished round or row is lost, torn or
 // doubled, and no worker outlives its run.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -148,7 +149,7 @@ TEST_F(Kill, AHundredKillsLoseNothing) {
   const auto longest = std::clamp<std::int64_t>(whole.count(), 50'000, 500'000);
   int kills = 0, folders = 0, ended = 0;
   while (kills < 100 && ended < 200) {
-    Campaign campaign(program_, "o" + std::to_string(folders++));
+    Campaign campaign(program_, fmt::format("o{}", folders++));
     for (int i = 0; i < 25 && kills < 100; ++i) {
       const bool late = random() % 2 == 0;
       const std::chrono::microseconds delay(static_cast<std::int64_t>(random() % static_cast<unsigned>(late ? longest / 4 : longest)));
@@ -167,7 +168,7 @@ TEST_F(Kill, AHundredKillsLoseNothing) {
 TEST_F(Kill, SignalsEndTheWorkersAndLeaveWholeFiles) {
   write_hanging_config();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    const std::string out = "s" + std::to_string(number);
+    const std::string out = fmt::format("s{}", number);
     Child child(program_, {"run", "hang.yaml", "--out", out});
     ASSERT_TRUE(hangs(child, out));
     child.send(number);

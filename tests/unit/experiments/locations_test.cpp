@@ -20,7 +20,7 @@ class Locations : public testing::Test {
     volumes::Volume volume(info);
     for (std::size_t i = 0; i < volume.extent().voxels(); ++i) volume.voxels<std::uint8_t>()[i] = static_cast<std::uint8_t>(i);
     volumes::write_volume(folder_ / "v.nrrd", volumes::MemorySource(volume));
-    dataset_.name = "v";
+    dataset_.name = std::string("volume");
     dataset_.extent = dataset_.full_extent = info.extent;
     dataset_.file = folder_ / "v.nrrd";
   }
