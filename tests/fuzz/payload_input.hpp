@@ -1,7 +1,7 @@
 // The input of the target `payload`: eight bytes that choose what the envelope would say, then the payload.
 //
 //   0  which of zoo::parameter_corners        1  which voxel type of the codec; 128 and above: scalars where both kinds are legal
-//   2  3  4  extent x, y, z, less one, modulo 80   5  time steps, less one, where they divide z   6  7  nothing
+//   2  3  4  extent x, y, z, less one, modulo 40   5  time steps, less one, where they divide z   6  7  nothing
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace cvr::fuzz {
 
 inline constexpr std::size_t kPayloadChoices = 8;
-inline constexpr std::uint64_t kLargestSide = 80;
+inline constexpr std::uint64_t kLargestSide = 40;
 
 /// What the first bytes choose; the payload is not set.
 inline codecs::Stream stream_of(const codecs::Codec& codec, const std::vector<codecs::Parameters>& corners,
@@ -29,7 +29,7 @@ inline codecs::Stream stream_of(const codecs::Codec& codec, const std::vector<co
   return {.info = info, .parameters = corners[byte(0) % corners.size()], .payload = {}};
 }
 
-/// The bytes that choose a volume and the corner of that number; sides of at most 80.
+/// The bytes that choose a volume and the corner of that number; sides of at most kLargestSide.
 inline std::array<std::byte, kPayloadChoices> choices_of(const codecs::Codec& codec, std::size_t corner, const volumes::VolumeInfo& info) {
   const auto& types = codec.traits().types;
   std::size_t type = 0;

@@ -49,7 +49,7 @@ void add_encodings(Seeds& seeds) {
     const auto corners = zoo::parameter_corners(*codec);
     for (const zoo::Specimen& specimen : zoo::specimens()) {
       const volumes::Extent& e = specimen.info.extent;
-      if (!zoo::accepts(*codec, specimen) || std::max({e.x, e.y, e.z}) > kLargestSide || e.voxels() > 30000) continue;
+      if (!zoo::accepts(*codec, specimen) || std::max({e.x, e.y, e.z}) > kLargestSide || e.voxels() > 6000) continue;
       const volumes::Volume volume = specimen.volume();
       // All corners of the small volumes that have room for several blocks; of the others the defaults.
       const bool all_corners = e.voxels() >= 200 && e.voxels() <= 1000;

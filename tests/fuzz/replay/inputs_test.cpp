@@ -66,8 +66,6 @@ INSTANTIATE_TEST_SUITE_P(Targets, Inputs, testing::ValuesIn(targets()), [](const
 
 TEST(Corpora, AreSmallAndBelongToTargets) {
   std::uintmax_t total = 0;
-  std::vector<std::string> names;
-  for (const Target& target : targets()) names.push_back(target.name);
   for (const auto& path : files_in(kCorpora)) {
     EXPECT_LT(std::filesystem::file_size(path), kLargestInput) << path;
     total += std::filesystem::file_size(path);
@@ -75,7 +73,9 @@ TEST(Corpora, AreSmallAndBelongToTargets) {
   EXPECT_LT(total, kLargestCorpora);
   for (const auto& root : {kCorpora, kFound}) {
     for (const auto& path : files_in(root)) {
-      EXPECT_TRUE(std::ranges::find(names, path.parent_path().filename().string()) != names.end()) << path << " belongs to no target";
+      const std::string folder = path.parent_path().filename().string();
+      const std::string target = folder.substr(0, folder.find('-')) + ".cpp";
+      EXPECT_TRUE(std::filesystem::exists(CVR_SOURCE_DIR "/tests/fuzz/targets/" + target)) << path << " belongs to no target";
     }
   }
 }
