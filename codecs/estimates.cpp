@@ -28,7 +28,7 @@ struct Work {
   double integer(std::string_view name) const { return static_cast<double>(parameters.integer(name)); }
 };
 
-MemoryEstimate raw(const Work& w) { return {.file = w.volume(), .access_ns = 4}; }
+MemoryEstimate raw(const Work& w) { return {.file = w.volume(), .access_ns = 8.5}; }
 
 MemoryEstimate zstd(const Work& w) {
   // Window and tables double about every third level.
@@ -59,7 +59,7 @@ MemoryEstimate hdf5_gzip(const Work& w) {
 }
 
 MemoryEstimate neuroglancer(const Work& w) {
-  return {.file = w.volume() * 0.12, .encode = 1.6 * kMiB, .decode = 0.4 * kMiB, .open = 0.4 * kMiB, .access_ns = 300};
+  return {.file = w.volume() * 0.12, .encode = 1.6 * kMiB, .decode = 0.4 * kMiB, .open = 0.4 * kMiB, .access_ns = 17.5};
 }
 
 MemoryEstimate compresso(const Work& w) {
@@ -88,7 +88,11 @@ MemoryEstimate bricks(const Work& w, double share, double kept) {
 }
 MemoryEstimate csgv_nibble(const Work& w) { return bricks(w, 0.063, 0); }
 MemoryEstimate csgv_rans(const Work& w) { return bricks(w, 0.028, 0); }
-MemoryEstimate csgv_ctx(const Work& w) { return bricks(w, 0.014, 0.5); }
+MemoryEstimate csgv_ctx(const Work& w) {
+  MemoryEstimate need = bricks(w, 0.014, 0);
+  need.encode += 5 * kMiB;  // counts of the sampled bricks
+  return need;
+}
 MemoryEstimate csgvr_nibble(const Work& w) { return bricks(w, 0.15, 0); }
 MemoryEstimate csgvr(const Work& w) { return bricks(w, 0.05, 0); }
 MemoryEstimate csgvr_c(const Work& w) { return bricks(w, 0.023, 1); }

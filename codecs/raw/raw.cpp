@@ -55,6 +55,9 @@ class RawDecoder final : public Decoder, public VoxelAccess {
   const std::byte* voxels_;
 };
 
+/// Room for the envelope, which goes in front of the voxels in the same block: growing it then could copy them.
+constexpr std::size_t kEnvelope = 1024;
+
 class RawCodec final : public Codec {
  public:
   const Traits& traits() const override {
@@ -75,7 +78,9 @@ class RawCodec final : public Codec {
 
   Expected<Payload> encode(const VolumeSource& source, const Parameters&, unsigned threads) const override {
     const VolumeInfo& info = source.info();
-    Payload payload{Buffer(info.bytes()), {}, info.bytes()};
+    Payload payload{{}, {}, info.bytes()};
+    payload.bytes.reserve(info.bytes() + kEnvelope);
+    payload.bytes.resize(info.bytes());
     const std::size_t plane = info.extent.x * info.extent.y * size_of(info.type);
     if (const std::byte* voxels = source.data(); voxels != nullptr) {
       parallel_for(threads, info.extent.z, [&](unsigned, std::uint64_t z) {
