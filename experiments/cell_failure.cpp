@@ -38,6 +38,8 @@ CellFailure end_and_explain(WorkerProcess& worker, WorkerProcess::Wait outcome, 
     return {std::string(kTimeout), fmt::format("took more than {} s of processor time by {}", limits.cpu_seconds, when)};
   if (end.signal == SIGKILL && !worker.killed())
     return {std::string(kOutOfMemory), fmt::format("killed by the system in {}, as it does when memory runs out", when)};
+  if (worker.killed())
+    return {std::string(kFailed), fmt::format("said no more in {} and did not end{}{}", when, end.complaints.empty() ? "" : ": ", end.complaints)};
   const std::string how = end.signal != 0 ? fmt::format("signal {} ({})", end.signal, strsignal(end.signal))
                                           : fmt::format("exit code {}", end.exit_code);
   return {std::string(kFailed),

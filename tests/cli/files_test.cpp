@@ -87,7 +87,7 @@ TEST_F(Files, AtAgreesWithTheOriginalAndWithCoarserLevels) {
   // A codec without access to single voxels is decoded for it.
   ASSERT_EQ(program_.run("encode v.raw -o z.cvr --codec zstd").exit_code, 0);
   EXPECT_EQ(program_.run("at z.cvr 17 5 21").out, program_.run("at v.raw 17 5 21").out);
-  expect_usage_error("at v.cvr 40 0 0", "expected a voxel inside 40x24x33");
+  expect_usage_error("at v.cvr 40 0 0", "since the extent is 40x24x33");
   expect_usage_error("at v.cvr 0 0 0 --lod 40", "--lod: expected 0..");
 }
 

@@ -81,7 +81,7 @@ TEST_F(Isolation, EndlessOutputIsCutOff) {
 }
 
 TEST_F(Isolation, EndlessComplaintsAreATimeOutAndTakeNoMemory) {
-  const json row = broken("exec yes >&2", "timeout_s=2");
+  const json row = broken("yes >&2; true", "timeout_s=2");
   EXPECT_EQ(row["status"], "timeout") << row["reason"];
 }
 
@@ -113,6 +113,10 @@ TEST_F(Isolation, AnEndBeforeTheAnswerIsARow) {
   EXPECT_THAT(broken("kill -SEGV $$")["reason"].get<std::string>(), HasSubstr("signal 11"));
 }
 
+TEST_F(Isolation, AWorkerThatSaysNoMoreButDoesNotEndIsARow) {
+  EXPECT_THAT(broken("exec sleep 1000 >&2")["reason"].get<std::string>(), HasSubstr("said no more in the check and did not end"));
+}
+
 TEST_F(Isolation, WhatAWorkerStartedEndsWithIt) {
   broken("sleep 1000 & echo $! >" + (program_ / "pid") + "; wait", "timeout_s=3");
   const std::string pid = program_.read("pid");
@@ -127,6 +131,7 @@ TEST_F(Isolation, WhatAWorkerStartedEndsWithIt) {
 
 TEST_F(Isolation, NoRoomForRowsEndsTheRunWithThreeAndAResumeGoesOn) {
   const std::string in_folder = "cd " + (program_ / "") + " && XDG_CACHE_HOME=" + (program_ / "cache") + " ";
+  ASSERT_EQ(program_.run("run c.yaml --out before").exit_code, 0);  // so that the raw copy is there
   // Two rows have 8 KiB; dash counts 512 bytes, other shells 1 KiB.
   const std::string limited = in_folder + "sh -c 'ulimit -f 8; exec " CVRBENCH_PROGRAM " run c.yaml --out o' >/dev/null 2>stderr";
   const int status = std::system(limited.c_str());

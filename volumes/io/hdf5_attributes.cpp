@@ -76,7 +76,7 @@ std::optional<std::string> clean(const Json& value) {
   if (!value.is_string()) return std::nullopt;
   auto text = value.get<std::string>();
   if (!is_utf8(text)) return std::nullopt;
-  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  const auto control = [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f; };
   std::replace_if(text.begin(), text.end(), control, ' ');
   return text;
 }

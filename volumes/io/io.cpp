@@ -90,7 +90,9 @@ std::string describe_name(const std::string& path) {
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
   if (path.empty()) return "an empty name";
-  if (std::filesystem::is_directory(status)) return "a folder without a file info";
+  if (std::filesystem::is_directory(status)) {
+    return fmt::format("a folder without a file info ('{0}/' writes a precomputed volume to it, '{0}/NAME.h5' a file in it)", path);
+  }
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return "a device, pipe or socket";
   if (path.ends_with(']') && path.find('[') != std::string::npos)
     return fmt::format("'{}' (steps are written [T] or [A:B] with numbers from 0)", path.substr(path.rfind('[')));

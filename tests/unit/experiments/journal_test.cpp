@@ -69,7 +69,7 @@ TEST_F(JournalTest, ForgetsOtherBuildsAndOldRunsAndItself) {
 
 TEST_F(JournalTest, AWholeLineThatIsNoRoundIsAnErrorWithItsPlace) {
   using testing::HasSubstr;
-  EXPECT_THAT(error("nonsense"), HasSubstr("journal.jsonl:2:1: expected JSON"));
+  EXPECT_THAT(error("nonsense"), HasSubstr("journal.jsonl:2:2: expected JSON"));
   EXPECT_THAT(error(std::string(300000, '[')), HasSubstr("journal.jsonl:2:65: expected JSON of at most 64 levels"));
   for (const char* line : {"[]", "7", R"({"cell": "a"})", R"({"cell": 1, "origin": "o", "seconds": 1, "samples": []})",
                            R"({"cell": "a", "origin": "o", "seconds": 1, "samples": []})",

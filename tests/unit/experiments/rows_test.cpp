@@ -58,7 +58,7 @@ TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
     load_rows(path);
     FAIL() << "no error";
   } catch (const volumes::InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("rows.jsonl:2:1: expected JSON"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("rows.jsonl:2:2: expected JSON"));
   }
 }
 

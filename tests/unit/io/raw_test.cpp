@@ -68,9 +68,9 @@ TEST_F(Raw, TheSidecarObeysTheRulesOfConfigurations) {
   const std::string good = "extent: [2, 3, 1]\ntype: u8\n";
   expect_error(make(good + "type: i16\n", "abcdef"), {"a.raw.yaml:3:1", "'type' again"});
   expect_error(make(good + "extent: [3, 2, 1]\n", "abcdef"), {"a.raw.yaml:3:1", "'extent' again"});
-  expect_error(make(good + "---\ntype: u8\n", "abcdef"), {"a.raw.yaml:", "one YAML document, found 2"});
+  expect_error(make(good + "---\ntype: u8\n", "abcdef"), {"a.raw.yaml:", "one YAML document, found a second one"});
   expect_error(make(good + "voxl_size: [1, 1, 1]\n", "abcdef"), {"'voxl_size' (did you mean 'voxel_size'?)"});
-  expect_error(make("extent: [2, 010, 1]\ntype: u8\n", "abcdef"), {"1:13", "'010'", "octal"});
+  expect_error(make("extent: [2, 010, 1]\ntype: u8\n", "abcdef"), {"1:13", "'010'", "without leading zeros"});
   expect_error(make("extent: [2, 18446744073709551617, 1]\ntype: u8\n", "abcdef"), {"1:13", "'18446744073709551617'"});
   expect_error(make(good + "steps: 0\n", "abcdef"), {"3:8", "'0'"});
   expect_error(make(good + "offset: [1, .nan, 0]\n", "abcdef"), {"3:13"});
