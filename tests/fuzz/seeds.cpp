@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLargestSeed = 4000;
+constexpr std::size_t kLargestSeed = 6000;
 
 class Seeds {
  public:

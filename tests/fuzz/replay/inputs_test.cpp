@@ -14,7 +14,7 @@
 namespace cvr::fuzz {
 namespace {
 
-constexpr std::uintmax_t kLargestInput = 4096;       ///< of the corpora
+constexpr std::uintmax_t kLargestInput = 6000;  ///< of the corpora; an HDF5 file with a chunk takes 4.9 KB
 constexpr std::uintmax_t kLargestCorpora = 400 << 10;  ///< all together
 
 const std::filesystem::path kCorpora = CVR_SOURCE_DIR "/tests/corpus";
@@ -45,6 +45,7 @@ std::vector<std::byte> bytes_of(const std::filesystem::path& path) {
 class Inputs : public testing::TestWithParam<Target> {};
 
 TEST_P(Inputs, AreAnswered) {
+  GetParam().run({});  // what is made once and kept is no input's doing
   std::size_t inputs = 0;
   for (const auto& root : {kCorpora, kFound, more_corpora()}) {
     for (const auto& path : files_in(root / GetParam().name)) {
