@@ -54,7 +54,8 @@ TEST_F(Report, SeveralFoldersMakeOnePage) {
   program_.write("a/rows.jsonl", "");
   program_.write("b/rows.jsonl", "{\"schema\": 1, \"cel");
   const Outcome outcome = report("--results a b --results a -o page.html");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  ASSERT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("nothing was measured"));
   EXPECT_THAT(program_.read("page.html"), HasSubstr("There are no rows"));
   EXPECT_THAT(program_.read("page.html"), HasSubstr("left out: line 1"));
 }
@@ -66,9 +67,13 @@ TEST_F(Report, NamesWhatIsWrong) {
   const Outcome missing = report("--results nowhere -o page.html");
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_THAT(missing.err, HasSubstr("--results nowhere: expected a folder with rows.jsonl, found none"));
-  const Outcome folder = report("--results o -o o");
+  const Outcome input = report("--results o -o o");
+  EXPECT_EQ(input.exit_code, 2);
+  EXPECT_THAT(input.err, HasSubstr("o: expected a folder without the input"));
+  program_.write("f/file", "");
+  const Outcome folder = report("--results o -o f");
   EXPECT_EQ(folder.exit_code, 3);
-  EXPECT_THAT(folder.err, HasSubstr("o: cannot write: a folder has this name"));
+  EXPECT_THAT(folder.err, HasSubstr("f: cannot write: a folder has this name"));
   const Outcome rows = report("--results o -o o/rows.jsonl");
   EXPECT_EQ(rows.exit_code, 2);
   EXPECT_THAT(rows.err, HasSubstr("'o/rows.jsonl', which is read"));
