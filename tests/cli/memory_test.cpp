@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -52,7 +53,9 @@ class Memory : public testing::Test {
 #endif
   }
 
+  /// Two minutes of work: ctest -L slow.
   void expect_forecast(const std::string& text) {
+    if (std::getenv("CVRBENCH_SLOW") == nullptr) GTEST_SKIP() << "takes minutes: ctest -L slow";
     program_.write("c.yaml", text);
     const Outcome plan = program_.run("plan c.yaml --out o");
     ASSERT_EQ(plan.exit_code, 0) << plan.err;
