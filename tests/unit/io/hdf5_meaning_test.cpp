@@ -276,7 +276,7 @@ TEST_F(Hdf5Attribute, SomebodyElsesNeverMakeAFileUnreadable) {
     EXPECT_EQ(source->info().kind, VolumeKind::kLabels);
     EXPECT_EQ(read_all(*source).label({3, 2, 1}), 23u);
   }
-  EXPECT_EQ(open_volume(name + ":/texts")->provenance(), (Provenance{"", "two lines", ""}));
+  EXPECT_EQ(open_volume(name + ":/texts")->provenance(), (Provenance{"", "two\nlines", ""}));
 }
 
 TEST_F(Hdf5Attribute, OffsetSizeAndUnitComeBack) {
