@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <ranges>
 
 #include "codecs/estimates.hpp"
 #include "codecs/registry.hpp"
@@ -97,7 +96,8 @@ double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info, const 
 
 MemoryForecast::MemoryForecast(const std::vector<Row>& rows, MemoryChoices choices) : choices_(std::move(choices)) {
   const Row::json_pointer memory("/memory/peak_over_input");
-  for (const Row& row : rows | std::views::reverse) {
+  for (auto at = rows.rbegin(); at != rows.rend(); ++at) {
+    const Row& row = *at;
     const bool tells = row.value("status", "") == kOk && row.contains(memory) && row.at(memory).is_number() &&
                        row.contains("dataset") && row.contains("codec");
     if (tells) rows_.push_back(&row);

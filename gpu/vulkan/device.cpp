@@ -203,7 +203,7 @@ bool is_chosen(const DeviceReport& report, const std::string& choice) {
 
 const Candidate& choose(std::vector<Candidate>& candidates, const std::string& choice) {
   if (choice.empty()) {
-    std::ranges::stable_partition(candidates, [](const Candidate& c) { return c.report.type == "software"; });
+    std::stable_partition(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.report.type == "software"; });
   }
   std::string list;
   for (Candidate& candidate : candidates) {
