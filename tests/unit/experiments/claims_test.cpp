@@ -210,10 +210,10 @@ TEST_F(ClaimsTest, WhatDoesNotExistCannotBeChecked) {
   for (const auto& [status, reason] : std::vector<std::pair<std::string, std::string>>{
            {"failed", "bc4 encode: failed (why)"}, {"data-missing", "bc4 encode: data-missing (why)"},
            {"unsupported", "bc4 encode: unsupported (why)"}, {"absent", "bc4 has not been run"}}) {
-    const ClaimVerdict missing = judge(claim, [&](const Cell& cell, Row& row) {
+    const ClaimVerdict missing = judge(claim, [&, bad = status](const Cell& cell, Row& row) {
       lossy(0)(cell, row);
       if (cell.codec != "bc4" || cell.dataset->name != "a") return;
-      row["status"] = status;
+      row["status"] = bad;
       row["reason"] = "why";
     });
     EXPECT_EQ(missing.groups[0].verdict, Verdict::kUnchecked) << status;
