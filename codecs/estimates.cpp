@@ -60,7 +60,8 @@ MemoryEstimate hdf5_gzip(const Work& w) {
 }
 
 MemoryEstimate neuroglancer(const Work& w) {
-  return {.file = w.volume() * 0.12, .encode = 1.6 * kMiB, .decode = 0.4 * kMiB, .open = 0.4 * kMiB, .access_ns = 17.5};
+  return {.file = w.volume() * 0.12, .encode = 1.6 * kMiB, .decode = 0.4 * kMiB, .open = 0.4 * kMiB, .access_ns = 17.5,
+          .levels = w.integer("levels")};
 }
 
 MemoryEstimate compresso(const Work& w) {
@@ -85,7 +86,8 @@ MemoryEstimate bricks(const Work& w, double share, double kept) {
           .encode = 0.5 * kMiB + grids + narrowed + kept * w.voxels(),
           .decode = 0.4 * kMiB + grids / 4,
           .open = 0.4 * kMiB + grids / 4,
-          .access_ns = 300};
+          .access_ns = 300,
+          .levels = std::log2(edge) + 1};
 }
 MemoryEstimate csgv_nibble(const Work& w) { return bricks(w, 0.063, 0); }
 MemoryEstimate csgv_rans(const Work& w) { return bricks(w, 0.028, 0); }

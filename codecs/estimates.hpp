@@ -16,6 +16,7 @@ struct MemoryEstimate {
   double decode = 0;       ///< beside file and decoded voxels, while a whole volume is decoded at once
   double open = 0;         ///< beside the file, by an opened decoder and what it needs for single voxels
   double access_ns = 200;  ///< of a single voxel
+  double levels = 1;       ///< of detail
 };
 
 /// `info` is what the codec accepts; parameters are its own.

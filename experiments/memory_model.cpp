@@ -18,10 +18,9 @@ constexpr double kDriver = 256 * kMiB;   ///< of a renderer
 constexpr double kPixel = 100;           ///< bytes, of images on the device and here
 constexpr std::uint64_t kSlabPlanes = 64;
 
-// As stages/random_access.cpp chooses its points: three series a level in half a tenth of a second.
+// As stages/random_access.cpp chooses its points: three series a level in a twentieth of a second.
 constexpr double kRoundNs = 0.05e9;
-constexpr double kLeastPoints = 1e5, kLeastPointsByBricks = 1000, kMostPoints = 2e6;
-constexpr unsigned kUsualLevels = 6;
+constexpr double kLeastPoints = 1e5, kMostPoints = 2e6, kPointsByBricks = 1000;
 
 double bytes_of(const volumes::VolumeInfo& info) { return static_cast<double>(info.bytes()); }
 
@@ -35,11 +34,9 @@ double destination(const volumes::VolumeInfo& info, const MemoryChoices& choices
 double points(const codecs::Traits& traits, const codecs::MemoryEstimate& need, const volumes::VolumeInfo& info,
               const MemoryChoices& choices) {
   const bool labels = info.kind == volumes::VolumeKind::kLabels;
-  const double levels = !traits.levels_of_detail   ? 1.0
-                        : choices.lods.empty() ? kUsualLevels
-                                               : static_cast<double>(choices.lods.size());
-  const double least = traits.access == codecs::Granularity::kBrick ? kLeastPointsByBricks : kLeastPoints;
-  const double count = std::clamp(kRoundNs / (need.access_ns * 3 * levels), least, kMostPoints);
+  const double levels = choices.lods.empty() ? need.levels : std::min(need.levels, static_cast<double>(choices.lods.size()));
+  const double wanted = std::clamp(kRoundNs / (need.access_ns * 3 * levels), kLeastPoints, kMostPoints);
+  const double count = traits.access == codecs::Granularity::kBrick ? kPointsByBricks : wanted;
   return count * ((labels ? 3 : 2) * sizeof(volumes::Coordinate) + sizeof(std::uint64_t));
 }
 

@@ -2,8 +2,8 @@
 // no single voxels answers by its bricks: a point decodes the brick it lies in, unless it is that of the point before.
 //
 // One thread: latency is what is asked. Each round times every series once. The number of points is the same
-// for all series of a cell, at least 1e5 (by bricks 1000), and more where a codec is so fast that a round would take less than
-// about 50 ms. Voxels are checked before: level 0 of lossless codecs against the original, others against the decoded
+// for all series of a cell: 1000 by bricks, else 1e5, and more where a codec is so fast that a round would take less than about 50 ms. What
+// is known of the codec decides, not a clock, so the points and the memory that they take are the same in every run. Voxels are checked before: level 0 of lossless codecs against the original, others against the decoded
 // level.
 #include <fmt/format.h>
 
@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "codecs/container.hpp"
+#include "codecs/estimates.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/stages/points.hpp"
 #include "experiments/stages/stage_kinds.hpp"
@@ -20,11 +21,9 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr std::uint64_t kLeastPoints = 100000;
-constexpr std::uint64_t kLeastPointsByBricks = 1000;
-constexpr std::uint64_t kMostPoints = 2000000;
-constexpr double kRoundSeconds = 0.05;
-constexpr int kTrials = 3;
+constexpr double kLeastPoints = 1e5, kMostPoints = 2e6;
+constexpr double kPointsByBricks = 1000;
+constexpr double kRoundNs = 0.05e9;
 
 struct PointSet {
   std::string name;
@@ -113,21 +112,11 @@ class RandomAccessRun final : public StageRun {
  private:
   void make_points() {
     const volumes::Extent& extent = truth_.info().extent;
-    const std::uint64_t least = by_bricks_ ? kLeastPointsByBricks : kLeastPoints;
-    auto trial = uniform_points(extent, spec_.seed, least / 4);
-    labels_.resize(trial.size());
-    // The least of a few: the number of points decides the memory, and should not depend on what else the machine does.
-    double seconds = 1e300;
-    for (int i = 0; i < kTrials; ++i) {
-      const Stopwatch watch;
-      checked(access_->at(trial, lods_.front(), labels_));
-      seconds = std::min(seconds, watch.lap("", 0).wall_seconds);
-    }
-    const double per_point = seconds / static_cast<double>(trial.size());
+    const codecs::MemoryEstimate known =
+        codecs::estimate_memory(*file_->codec, truth_.info(), file_->stream.parameters, spec_.threads);
     const double series = 3.0 * static_cast<double>(lods_.size());
-    const double wanted = std::clamp(kRoundSeconds / (std::max(per_point, 1e-9) * series),
-                                     static_cast<double>(least), static_cast<double>(kMostPoints));
-    const auto count = static_cast<std::uint64_t>(wanted);
+    const double wanted = std::clamp(kRoundNs / (known.access_ns * series), kLeastPoints, kMostPoints);
+    const auto count = static_cast<std::uint64_t>(by_bricks_ ? kPointsByBricks : wanted);
     sets_.push_back({"uniform", uniform_points(extent, spec_.seed, count)});
     sets_.push_back({"clustered", clustered_points(extent, spec_.seed, count)});
     if (truth_.info().kind == volumes::VolumeKind::kLabels)
