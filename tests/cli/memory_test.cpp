@@ -78,7 +78,7 @@ class Memory : public testing::Test {
 };
 
 TEST_F(Memory, OfLabelsIsForecast) {
-  expect_forecast(config("{generator: cells, extent: [96, 96, 96], name: small}, {generator: cells, extent: [144, 144, 144], name: large}",
+  expect_forecast(config("{generator: cells, extent: [96, 96, 96], name: small}, {generator: cells, extent: [120, 120, 120], name: large}",
                          "lossless"));
 }
 
