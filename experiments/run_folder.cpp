@@ -70,6 +70,8 @@ RunFolder::~RunFolder() {
 
 std::string RunFolder::file(const std::string& name) const { return (fs::path(out_) / name).string(); }
 
-void RunFolder::empty_scratch() const { remove_files(scratch_, R"([0-9a-f]{16}\.cvr(\.\d+)?)"); }
+void RunFolder::empty_scratch() const {
+  remove_files(scratch_, R"([0-9a-f]{16}(-[0-9a-f]{16})?\.(cvr|picture|verified)(\.\d+)?)");
+}
 
 }  // namespace cvr::experiments

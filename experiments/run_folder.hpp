@@ -36,7 +36,7 @@ class RunFolder {
   const std::string& scratch() const { return scratch_; }
   std::string file(const std::string& name) const;
   void append(const Row& row) { rows_.append(row); }
-  /// Removes the encoded files that workers left there, and nothing else.
+  /// Removes what workers left there (encoded files, reference pictures, results of verification), and nothing else.
   void empty_scratch() const;
 
  private:

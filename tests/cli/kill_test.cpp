@@ -11,6 +11,7 @@
 #include <random>
 #include <set>
 #include <sstream>
+#include <vector>
 
 #include "child.hpp"
 
@@ -281,12 +282,18 @@ TEST_F(Kill, RoundsBeyondTheLargestNumberAreLeftOut) {
 
 TEST_F(Kill, FilesThatAKilledRunLeftAreRemovedByTheNextOneAndNoOthers) {
   program_.write("o/tables/t.md.part17", "half a table");
-  program_.write("o/scratch/0123456789abcdef.cvr.99", "half a file");
+  const std::vector<std::string> left = {"0123456789abcdef.cvr",
+                                         "0123456789abcdef.cvr.99",
+                                         "0123456789abcdef.picture",
+                                         "0123456789abcdef.picture.99",
+                                         "0123456789abcdef-fedcba9876543210.verified",
+                                         "0123456789abcdef-fedcba9876543210.verified.99"};
+  for (const std::string& name : left) program_.write("o/scratch/" + name, "half a file");
   program_.write("o/scratch/mine.txt", "the user's");
   program_.write("o/film.part1", "the user's");
   ASSERT_EQ(program_.run("run c.yaml --out o --only codec=raw --only stage=encode").exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(program_ / "o/tables/t.md.part17"));
-  EXPECT_FALSE(std::filesystem::exists(program_ / "o/scratch/0123456789abcdef.cvr.99"));
+  for (const std::string& name : left) EXPECT_FALSE(std::filesystem::exists(program_ / ("o/scratch/" + name))) << name;
   EXPECT_TRUE(std::filesystem::exists(program_ / "o/scratch/mine.txt"));
   EXPECT_TRUE(std::filesystem::exists(program_ / "o/film.part1"));
 }

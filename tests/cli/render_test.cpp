@@ -239,6 +239,7 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto all = rows();
   ASSERT_EQ(all.size(), 3u * 3 * 2);
+  EXPECT_FALSE(std::filesystem::exists(program_ / "o/scratch")) << "reference pictures are scratch too";
   for (const json& row : all) {
     const std::string key = row["key"];
     if (row["codec"]["id"] == "zstd") {
