@@ -71,6 +71,24 @@ std::string name_of(const StoredType& stored) {
   return stored.is_signed ? fmt::format("i{}", 8 * size_of(stored.type)) : std::string(name_of(stored.type));
 }
 
+std::string_view long_name_of(VoxelType type) {
+  switch (type) {
+    case VoxelType::kU8:
+      return "uint8";
+    case VoxelType::kU16:
+      return "uint16";
+    case VoxelType::kU32:
+      return "uint32";
+    case VoxelType::kU64:
+      return "uint64";
+    case VoxelType::kI16:
+      return "int16";
+    case VoxelType::kF32:
+      return "float32";
+  }
+  return "?";
+}
+
 Interpretation interpret(const std::string& file, StoredType stored, std::optional<VolumeKind> hint,
                          std::optional<VolumeKind> stated, FloatLabels floats, std::string_view type_name) {
   const bool is_float = stored.is_float64 || stored.type == VoxelType::kF32;

@@ -48,6 +48,8 @@ struct StoredType {
 };
 /// "i8", "f64", ...
 std::string name_of(const StoredType& stored);
+/// "uint8", "uint16", "uint32", "uint64", "int16", "float32": as NRRD (but for the float) and precomputed name them.
+std::string_view long_name_of(VoxelType type);
 
 struct Interpretation {
   VoxelType type;

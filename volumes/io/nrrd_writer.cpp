@@ -18,23 +18,7 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string_view type_name(VoxelType type) {
-  switch (type) {
-    case VoxelType::kU8:
-      return "uint8";
-    case VoxelType::kU16:
-      return "uint16";
-    case VoxelType::kU32:
-      return "uint32";
-    case VoxelType::kU64:
-      return "uint64";
-    case VoxelType::kI16:
-      return "int16";
-    case VoxelType::kF32:
-      return "float";
-  }
-  return "?";
-}
+std::string_view type_name(VoxelType type) { return type == VoxelType::kF32 ? "float" : long_name_of(type); }
 
 /// Spacings, or directions and origin where the volume has an offset.
 std::string geometry_text(const VolumeInfo& info, bool series) {

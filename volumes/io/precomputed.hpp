@@ -69,6 +69,6 @@ void check_chunk_names(const std::string& folder, const PrecomputedScale& scale)
 void check_output_folder(const std::string& path);
 
 /// The `info` of a volume of one scale, as it is written, with the chunks that are written.
-std::string precomputed_info_text(const std::string& data_type, bool labels, const PrecomputedScale& scale);
+std::string precomputed_info_text(std::string_view data_type, bool labels, const PrecomputedScale& scale);
 
 }  // namespace cvr::volumes

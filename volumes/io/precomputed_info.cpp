@@ -1,5 +1,4 @@
-// The `info` file of a precomputed folder: parsed, and every number checked before anything is computed from
-// it.
+// The `info` file of a precomputed folder: every number checked before anything is computed from it.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,17 +9,17 @@
 
 #include "volumes/io/file.hpp"
 #include "volumes/io/precomputed.hpp"
+#include "volumes/json_text.hpp"
 
 namespace cvr::volumes {
 
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaximumInfo = 16 << 20;
 constexpr std::uint64_t kMaximumChunkBytes = std::uint64_t{1} << 30;
 constexpr std::int64_t kMaximumOffset = std::int64_t{1} << 60;
-constexpr int kMaximumDepth = 64;
 
 /// A value of the document and the way to it, for error texts.
 class Member {
@@ -231,26 +230,10 @@ PrecomputedScale read_scale(const std::string& file, const Member& root, const M
   return scale;
 }
 
-/// The document; a key that stands twice in an object is an error, since readers differ in which one they take.
 Json parse_info(const std::string& file) {
   const MappedFile mapped(file);
   if (mapped.bytes().size() > kMaximumInfo) throw_input_error(file, "", "at most 16 MiB", "a larger file");
-  std::vector<std::set<std::string>> keys;
-  const auto check = [&](int depth, Json::parse_event_t event, Json& parsed) {
-    if (depth > kMaximumDepth)
-      throw_input_error(file, "", fmt::format("at most {} levels", kMaximumDepth), "more");
-    if (event == Json::parse_event_t::object_start) keys.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
-      throw_input_error(file, parsed.get<std::string>(), "each key once", "the same key twice in one object");
-    }
-    return true;
-  };
-  try {
-    return Json::parse(mapped.text(), check);
-  } catch (const Json::exception& error) {
-    throw_input_error(file, "", "JSON", error.what());
-  }
+  return parse_json(mapped.text(), file);
 }
 
 }  // namespace

@@ -30,22 +30,11 @@ constexpr std::uint64_t kChunk = 64;
 constexpr std::uint32_t kBlock = 8;
 constexpr double kWholeWithin = 1e-6;                  // of the number itself, or of one voxel
 constexpr double kMaximumOffset = 1125899906842624.0;  // 2^50 voxels: every whole number up to it is a double
-const char* data_type(const VolumeInfo& info) {
-  switch (info.type) {
-    case VoxelType::kU8:
-      return info.kind == VolumeKind::kLabels ? "uint32" : "uint8";
-    case VoxelType::kU16:
-      return info.kind == VolumeKind::kLabels ? "uint32" : "uint16";
-    case VoxelType::kU32:
-      return "uint32";
-    case VoxelType::kU64:
-      return "uint64";
-    case VoxelType::kI16:
-      return "int16";
-    case VoxelType::kF32:
-      return "float32";
-  }
-  return "?";
+
+/// Labels are uint32 at least: compressed_segmentation holds nothing narrower.
+std::string_view data_type(const VolumeInfo& info) {
+  const bool widened = info.kind == VolumeKind::kLabels && size_of(info.type) < size_of(VoxelType::kU32);
+  return long_name_of(widened ? VoxelType::kU32 : info.type);
 }
 
 /// Where the volume starts, in voxels of this axis.
@@ -133,7 +122,7 @@ void write_chunks(const std::string& path, const fs::path& folder, const VolumeS
 
 }  // namespace
 
-std::string precomputed_info_text(const std::string& data_type, bool labels, const PrecomputedScale& scale) {
+std::string precomputed_info_text(std::string_view data_type, bool labels, const PrecomputedScale& scale) {
   nlohmann::ordered_json entry{{"key", scale.key},
                                {"size", {scale.size.x, scale.size.y, scale.size.z}},
                                {"resolution", scale.resolution},
