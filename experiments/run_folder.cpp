@@ -38,23 +38,23 @@ void remove_files(const fs::path& folder, const std::string& pattern) {
 
 }  // namespace
 
-FolderLock::FolderLock(const std::string& folder) : file_((fs::path(folder) / ".lock").string()) {}
+RunLock::RunLock(const std::string& folder) : file_((fs::path(folder) / ".lock").string()) {}
 
-std::shared_ptr<const FolderLock> FolderLock::take(const std::string& folder) {
+std::shared_ptr<const RunLock> RunLock::take(const std::string& folder) {
   static std::mutex mutex;
-  static std::map<std::string, std::weak_ptr<const FolderLock>> held;
+  static std::map<std::string, std::weak_ptr<const RunLock>> held;
   make_folder(folder);
   const std::string name = fs::canonical(folder).string();
   const std::scoped_lock guard(mutex);
   auto lock = held[name].lock();
-  if (!lock) held[name] = lock = std::make_shared<const FolderLock>(name);
+  if (!lock) held[name] = lock = std::make_shared<const RunLock>(name);
   return lock;
 }
 
 RunFolder::RunFolder(const std::string& out)
     : out_(out),
       scratch_((fs::path(out) / "scratch").string()),
-      lock_(FolderLock::take(out)),
+      lock_(RunLock::take(out)),
       rows_(file("rows.jsonl")) {
   for (const auto& [folder, endings] : {std::pair{"tables", "md|csv|tex"}, {"claims", "md|jsonl"}, {"pictures", "png"}})
     remove_files(fs::path(out_) / folder, fmt::format(R"(.+\.({})\.part\d+)", endings));

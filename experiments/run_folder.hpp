@@ -13,11 +13,11 @@
 namespace cvr::experiments {
 
 /// Holders in one process share the lock of a folder: a command takes it for all of its runs, each run takes it again.
-class FolderLock {
+class RunLock {
  public:
   /// Makes the folder where there is none. Throws OutputError where that fails, InputError while another process holds the lock.
-  static std::shared_ptr<const FolderLock> take(const std::string& folder);
-  explicit FolderLock(const std::string& folder);
+  static std::shared_ptr<const RunLock> take(const std::string& folder);
+  explicit RunLock(const std::string& folder);
 
  private:
   LockedFile file_;
@@ -25,7 +25,7 @@ class FolderLock {
 
 class RunFolder {
  public:
-  /// Takes the lock, removes what a killed run has left, and makes the scratch folder. Throws as FolderLock and RowWriter.
+  /// Takes the lock, removes what a killed run has left, and makes the scratch folder. Throws as RunLock and RowWriter.
   explicit RunFolder(const std::string& out);
   /// Removes the scratch files.
   ~RunFolder();
@@ -41,7 +41,7 @@ class RunFolder {
 
  private:
   std::string out_, scratch_;
-  std::shared_ptr<const FolderLock> lock_;
+  std::shared_ptr<const RunLock> lock_;
   RowWriter rows_;
 };
 

@@ -89,8 +89,8 @@ class Runner {
 
   /// The locks of all folders are held before anything is changed in one of them.
   static std::vector<Output> make_outputs(const RunOptions& options, const Row& provenance) {
-    std::vector<std::shared_ptr<const FolderLock>> locks;
-    for (const Contender& contender : options.contenders) locks.push_back(FolderLock::take(contender.out));
+    std::vector<std::shared_ptr<const RunLock>> locks;
+    for (const Contender& contender : options.contenders) locks.push_back(RunLock::take(contender.out));
     std::vector<Output> outputs;
     for (const Contender& contender : options.contenders) {
       outputs.push_back({std::make_unique<RunFolder>(contender.out), provenance});

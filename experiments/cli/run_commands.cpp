@@ -90,7 +90,7 @@ int run(const Choices& choices, const Environment& environment) {
   for (const std::string& path : choices.configs) configs.push_back(load(choices, path));
   const std::string out = default_out(choices);
   const std::string rows_path = (fs::path(out) / "rows.jsonl").string();
-  const auto lock = FolderLock::take(out);  // until the tables of all configurations are written
+  const auto lock = RunLock::take(out);  // until the tables of all configurations are written
   const std::size_t rows_before = choices.force ? load_rows(rows_path).size() : 0;
   std::error_code error;
   if (!choices.resume && !choices.force && fs::exists(rows_path, error) &&

@@ -78,7 +78,7 @@ int ab(const TrackingChoices& c) {
     if (!fs::is_regular_file(program)) throw volumes::InputError(fmt::format("{}: expected a program cvrbench, found no file", program));
   }
   const Config config = load(c.run, c.run.configs.front());
-  const auto lock = FolderLock::take(out);
+  const auto lock = RunLock::take(out);
   const auto rows = contest(c, config, out, fs::absolute(c.base), fs::absolute(c.fresh));
   end_progress();
   if (rows.exit_code != kExitOk) return rows.exit_code;
@@ -95,7 +95,7 @@ void print_floors(std::string_view arrangement, const Row& floors) {
 int aa(const TrackingChoices& c, const Environment& environment) {
   const std::string out = c.run.out.empty() ? "out/aa" : c.run.out;
   const Config config = load(c.run, c.run.configs.front());
-  const auto lock = FolderLock::take(out);  // of all repeats
+  const auto lock = RunLock::take(out);  // of all repeats
   std::vector<Repeat> together, apart;
   for (std::uint64_t i = 0; i < c.repeats; ++i) {
     Contest one = contest(c, config, (fs::path(out) / std::to_string(i)).string(), environment.program, environment.program);
@@ -135,7 +135,7 @@ int check_or_update_baseline(const TrackingChoices& c, const Environment& enviro
     const Config config = load(c.run, path);
     const std::string file = baseline_path(c.baseline, config);
     const std::string out = c.run.out.empty() ? (fs::path("out/baseline") / fs::path(path).stem()).string() : c.run.out;
-    const auto lock = FolderLock::take(out);  // until its rows have been read
+    const auto lock = RunLock::take(out);  // until its rows have been read
     const RunSummary summary = measure(config, c.run, {{environment.program, out}}, true, "the baseline is as it was");
     end_progress();
     if (!summary.by_status.contains(std::string(kOk))) {

@@ -77,11 +77,11 @@ TEST(JsonLines, AppendingCutsATornLastLineOffHoweverLong) {
 
 TEST(JsonLines, AFolderHasOneHolderOfItsLockInAnotherProcessToo) {
   const ScratchFolder folder;
-  const auto first = FolderLock::take(folder / "o");
-  EXPECT_EQ(FolderLock::take(folder / "o/../o"), first) << "one process shares it";
+  const auto first = RunLock::take(folder / "o");
+  EXPECT_EQ(RunLock::take(folder / "o/../o"), first) << "one process shares it";
   EXPECT_THAT(error_of([&] { LockedFile(folder / "o/.lock"); }),
               HasSubstr("expected to be the only run that writes here, found another one"));
-  EXPECT_THROW(FolderLock::take(folder.write("file", "")), volumes::OutputError);
+  EXPECT_THROW(RunLock::take(folder.write("file", "")), volumes::OutputError);
 }
 
 }  // namespace

@@ -28,58 +28,25 @@ class Hdf5File {
   }
 
   Hdf5File& numbers(const char* object, const char* name, const std::vector<double>& values) {
-    const hsize_t count = values.size();
-    const hid_t space = H5Screate_simple(1, &count, nullptr);
-    const hid_t attribute = H5Acreate_by_name(file_, object, name, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT,
-                                              H5P_DEFAULT, H5P_DEFAULT);
-    H5Awrite(attribute, H5T_NATIVE_DOUBLE, values.data());
-    H5Aclose(attribute);
-    H5Sclose(space);
-    return *this;
+    return attribute(object, name, H5Tcopy(H5T_NATIVE_DOUBLE), list_of(values.size()), values.data());
   }
 
+  /// A text of the attribute's own length, without room for a terminator.
   Hdf5File& fixed_text(const char* object, const char* name, const std::string& text) {
-    const hid_t type = H5Tcopy(H5T_C_S1);
-    H5Tset_size(type, text.size());  // without room for a terminator
+    const hid_t type = text_type(text.size());
     H5Tset_strpad(type, H5T_STR_NULLPAD);
-    const hid_t space = H5Screate(H5S_SCALAR);
-    const hid_t attribute =
-        H5Acreate_by_name(file_, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    H5Awrite(attribute, type, text.data());
-    H5Aclose(attribute);
-    H5Sclose(space);
-    H5Tclose(type);
-    return *this;
+    return attribute(object, name, type, H5Screate(H5S_SCALAR), text.data());
   }
 
   /// A text of variable length, as h5py writes them.
   Hdf5File& text(const char* object, const char* name, const std::string& text) {
-    const hid_t type = H5Tcopy(H5T_C_S1);
-    H5Tset_size(type, H5T_VARIABLE);
-    const hid_t space = H5Screate(H5S_SCALAR);
-    const hid_t attribute =
-        H5Acreate_by_name(file_, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
     const char* value = text.c_str();
-    H5Awrite(attribute, type, &value);
-    H5Aclose(attribute);
-    H5Sclose(space);
-    H5Tclose(type);
-    return *this;
+    return attribute(object, name, text_type(H5T_VARIABLE), H5Screate(H5S_SCALAR), &value);
   }
 
   /// A list of texts of variable length, as the dimension scales' labels are.
   Hdf5File& texts(const char* object, const char* name, const std::vector<const char*>& values) {
-    const hid_t type = H5Tcopy(H5T_C_S1);
-    H5Tset_size(type, H5T_VARIABLE);
-    const hsize_t count = values.size();
-    const hid_t space = H5Screate_simple(1, &count, nullptr);
-    const hid_t attribute =
-        H5Acreate_by_name(file_, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    H5Awrite(attribute, type, values.data());
-    H5Aclose(attribute);
-    H5Sclose(space);
-    H5Tclose(type);
-    return *this;
+    return attribute(object, name, text_type(H5T_VARIABLE), list_of(values.size()), values.data());
   }
 
   hid_t id() const { return file_; }
@@ -90,6 +57,25 @@ class Hdf5File {
   }
 
  private:
+  static hid_t text_type(std::size_t size) {
+    const hid_t type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, size);
+    return type;
+  }
+  static hid_t list_of(hsize_t count) { return H5Screate_simple(1, &count, nullptr); }
+
+  /// Takes over the type and the space.
+  Hdf5File& attribute(const char* object, const char* name, hid_t type, hid_t space,
+                      const void* data) {
+    const hid_t attribute = H5Acreate_by_name(file_, object, name, type, space, H5P_DEFAULT,
+                                              H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(attribute, type, data);
+    H5Aclose(attribute);
+    H5Sclose(space);
+    H5Tclose(type);
+    return *this;
+  }
+
   std::string name_;
   hid_t file_;
 };
