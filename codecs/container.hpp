@@ -1,4 +1,5 @@
-// The envelope around every payload: a file names its codec, version, parameters, extent and type, and carries a checksum.
+// The envelope around every payload: a file names its codec, version, parameters, extent and type,
+// and carries a checksum.
 //
 // Layout, little endian, packed:
 //   0   8 bytes  magic "CVRBENCH"
@@ -46,15 +47,17 @@ struct Section {
   std::string name;
   std::uint64_t begin, end;  ///< bytes of the file
 };
-/// The envelope; then the steps of a progressive codec, or the parts that its traits say a payload begins with, and the rest. Without gaps.
+/// The envelope; then the steps of a progressive codec, or the parts that its traits say a payload
+/// begins with, and the rest. Without gaps.
 std::vector<Section> sections_of(const OpenedFile& file, const Decoder& decoder);
 
-/// Encodes a source into a whole file. Fails when the codec does not accept the type, the extent is empty or an axis exceeds
-/// 2^40 voxels, or the codec itself fails.
-Expected<Encoded> encode(const Codec& codec, const VolumeSource& source, const Parameters& parameters, unsigned threads);
+/// Encodes a source into a whole file. Fails when the codec does not accept the type, the extent is
+/// empty or an axis exceeds 2^40 voxels, or the codec itself fails.
+Expected<Encoded> encode(const Codec& codec, const VolumeSource& source,
+                         const Parameters& parameters, unsigned threads);
 
-/// Reads the envelope; verifies both checksums. `bytes` must lie at a multiple of 8, as every allocation does: words are read
-/// in place.
+/// Reads the envelope; verifies both checksums. `bytes` must lie at a multiple of 8, as every
+/// allocation does: words are read in place.
 Expected<OpenedFile> open_file(std::span<const std::byte> bytes);
 
 /// Opens the decoder of a file. `bytes` must outlive it.
@@ -63,7 +66,8 @@ Expected<std::unique_ptr<Decoder>> open_decoder(const OpenedFile& file);
 /// The whole level `lod` in memory.
 Expected<Volume> decode(std::span<const std::byte> bytes, unsigned lod, unsigned threads);
 
-/// Decodes everything that can be decoded, at all levels, and throws it away: proves that a file is whole.
+/// Decodes everything that can be decoded, at all levels, and throws it away: proves that a file is
+/// whole.
 Expected<void> validate(std::span<const std::byte> bytes, unsigned threads);
 
 }  // namespace cvr::codecs

@@ -1,5 +1,5 @@
-// Shares of files are those of the generators' cells and turbulence; work memory was measured on volumes of 64^3 to 144^3 voxels, with
-// one thread.
+// Shares of files are those of the generators' cells and turbulence; work memory was measured on
+// volumes of 64^3 to 144^3 voxels, with one thread.
 #include "codecs/estimates.hpp"
 
 #include <lzma.h>
@@ -21,12 +21,18 @@ struct Work {
 
   double volume() const { return static_cast<double>(info.bytes()); }
   double voxels() const { return static_cast<double>(info.extent.voxels()); }
-  double planes(double depth) const { return volume() * std::min(1.0, depth / static_cast<double>(info.extent.z)); }
+  double planes(double depth) const {
+    return volume() * std::min(1.0, depth / static_cast<double>(info.extent.z));
+  }
   /// One value for labels, one for scalars of integers, one for floats.
   double share(double labels, double integers, double floats) const {
-    return info.kind == VolumeKind::kLabels ? labels : info.type == VoxelType::kF32 ? floats : integers;
+    return info.kind == VolumeKind::kLabels ? labels
+           : info.type == VoxelType::kF32   ? floats
+                                            : integers;
   }
-  double integer(std::string_view name) const { return static_cast<double>(parameters.integer(name)); }
+  double integer(std::string_view name) const {
+    return static_cast<double>(parameters.integer(name));
+  }
 };
 
 MemoryEstimate raw(const Work& w) { return {.file = w.volume(), .access_ns = 8.8}; }
@@ -34,16 +40,20 @@ MemoryEstimate raw(const Work& w) { return {.file = w.volume(), .access_ns = 8.8
 MemoryEstimate zstd(const Work& w) {
   // Window and tables double about every third level.
   const double tables = std::min(3 * kMiB * std::exp2((w.integer("level") - 3) / 3), 600 * kMiB);
-  return {.file = w.volume() * w.share(0.055, 0.75, 0.88), .encode = 0.5 * kMiB + tables, .decode = 0.5 * kMiB + std::min(tables, 0.3 * w.volume())};
+  return {.file = w.volume() * w.share(0.055, 0.75, 0.88),
+          .encode = 0.5 * kMiB + tables,
+          .decode = 0.5 * kMiB + std::min(tables, 0.3 * w.volume())};
 }
 
 /// An encoder of liblzma touches its tables as it goes through its dictionary.
 double xz_encoder(double preset, double bytes) {
-  const auto whole = static_cast<double>(lzma_easy_encoder_memusage(static_cast<std::uint32_t>(preset)));
+  const auto whole =
+      static_cast<double>(lzma_easy_encoder_memusage(static_cast<std::uint32_t>(preset)));
   return std::min(whole, 15.5 * kMiB + 9.5 * bytes);
 }
 double xz_decoder(double preset, double bytes) {
-  const auto whole = static_cast<double>(lzma_easy_decoder_memusage(static_cast<std::uint32_t>(preset)));
+  const auto whole =
+      static_cast<double>(lzma_easy_decoder_memusage(static_cast<std::uint32_t>(preset)));
   return std::min(whole, 0.4 * kMiB + bytes);
 }
 
@@ -56,16 +66,23 @@ MemoryEstimate lzma(const Work& w) {
 
 MemoryEstimate hdf5_gzip(const Work& w) {
   const double file = w.volume() * w.share(0.06, 0.75, 0.88);
-  return {.file = file, .encode = 4.5 * kMiB + w.threads * kMiB / 2, .decode = w.threads * kMiB / 2};
+  return {
+      .file = file, .encode = 4.5 * kMiB + w.threads * kMiB / 2, .decode = w.threads * kMiB / 2};
 }
 
 MemoryEstimate neuroglancer(const Work& w) {
-  return {.file = w.volume() * 0.12, .encode = 1.6 * kMiB, .decode = 0.4 * kMiB, .open = 0.4 * kMiB, .access_ns = 17.5,
+  return {.file = w.volume() * 0.12,
+          .encode = 1.6 * kMiB,
+          .decode = 0.4 * kMiB,
+          .open = 0.4 * kMiB,
+          .access_ns = 17.5,
           .levels = w.integer("levels")};
 }
 
 MemoryEstimate compresso(const Work& w) {
-  return {.file = w.volume() * 0.08, .encode = 2.5 * w.planes(16) + 1.6 * w.voxels(), .decode = 0.4 * kMiB + 2 * w.planes(16)};
+  return {.file = w.volume() * 0.08,
+          .encode = 2.5 * w.planes(16) + 1.6 * w.voxels(),
+          .decode = 0.4 * kMiB + 2 * w.planes(16)};
 }
 
 MemoryEstimate compresso_lzma(const Work& w) {
@@ -100,22 +117,29 @@ MemoryEstimate csgvr_nibble(const Work& w) { return bricks(w, 0.15, 0); }
 MemoryEstimate csgvr(const Work& w) { return bricks(w, 0.05, 0); }
 MemoryEstimate csgvr_c(const Work& w) { return bricks(w, 0.023, 1); }
 
-/// Vector quantisers hold the blocks of a time step or sub-volume as floats, their residuals and codes (bytes a voxel), and what they train with (MiB).
+/// Vector quantisers hold the blocks of a time step or sub-volume as floats, their residuals and
+/// codes (bytes a voxel), and what they train with (MiB).
 MemoryEstimate quantiser(const Work& w, double bits, double training, double floats) {
   const double edge = w.integer("edge");
   const double step = static_cast<double>(w.info.step_extent().voxels());
   const double part = edge == 0 ? step : std::min(step, edge * edge * edge);
   const double rate = w.integer("rate") > 0 ? w.integer("rate") / 1000 : bits;
   const double file = w.voxels() * rate / 8;
-  return {.file = file, .encode = training * kMiB + floats * part, .decode = 0.7 * kMiB + file, .open = 0.7 * kMiB + file, .access_ns = 16};
+  return {.file = file,
+          .encode = training * kMiB + floats * part,
+          .decode = 0.7 * kMiB + file,
+          .open = 0.7 * kMiB + file,
+          .access_ns = 16};
 }
 MemoryEstimate vq(const Work& w) { return quantiser(w, w.integer("bits") / 64, 2.3, 9.5); }
-MemoryEstimate hvq(const Work& w) { return quantiser(w, (w.integer("octants") + w.integer("voxels") + 8) / 64, 2.4, 9); }
+MemoryEstimate hvq(const Work& w) {
+  return quantiser(w, (w.integer("octants") + w.integer("voxels") + 8) / 64, 2.4, 9);
+}
 MemoryEstimate tvq(const Work& w) { return quantiser(w, 0.55, 6, 8); }
 
 /// Blocks of scalars: a slab's words, and what each thread codes with.
-MemoryEstimate blocks(const Work& w, double bits_a_voxel, double largest_bits_a_voxel, double encoder, double coder,
-                      double ns) {
+MemoryEstimate blocks(const Work& w, double bits_a_voxel, double largest_bits_a_voxel,
+                      double encoder, double coder, double ns) {
   const double slab = std::min(4 * kMiB + w.planes(4), w.volume());
   const double words = slab / static_cast<double>(size_of(w.info.type)) * largest_bits_a_voxel / 8;
   return {.file = w.voxels() * bits_a_voxel / 8,
@@ -177,10 +201,14 @@ const Entry* entry_of(const Codec& codec) {
 
 }  // namespace
 
-MemoryEstimate estimate_memory(const Codec& codec, const VolumeInfo& info, const Parameters& parameters, unsigned threads) {
+MemoryEstimate estimate_memory(const Codec& codec, const VolumeInfo& info,
+                               const Parameters& parameters, unsigned threads) {
   const Work work{info, parameters, static_cast<double>(std::max(threads, 1u))};
   if (const Entry* entry = entry_of(codec)) return entry->memory(work);
-  return {.file = work.volume() * work.share(0.1, 0.8, 0.9), .encode = work.planes(64), .decode = kMiB, .open = kMiB};
+  return {.file = work.volume() * work.share(0.1, 0.8, 0.9),
+          .encode = work.planes(64),
+          .decode = kMiB,
+          .open = kMiB};
 }
 
 bool has_estimate(const Codec& codec) { return entry_of(codec) != nullptr; }

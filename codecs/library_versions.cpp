@@ -18,11 +18,13 @@ namespace cvr::codecs {
 
 namespace {
 
-/// "4.2.0" of the file libNAME.so.4.2.0 that a function was loaded from; "unknown" where it is part of the program.
+/// "4.2.0" of the file libNAME.so.4.2.0 that a function was loaded from; "unknown" where it is part
+/// of the program.
 template <class Function>
 std::string version_of_file(Function* function) {
   Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(function), &info) == 0 || info.dli_fname == nullptr) return "unknown";
+  if (dladdr(reinterpret_cast<const void*>(function), &info) == 0 || info.dli_fname == nullptr)
+    return "unknown";
   std::error_code error;
   const std::string file = std::filesystem::canonical(info.dli_fname, error).filename().string();
   const std::size_t at = file.find(".so.");

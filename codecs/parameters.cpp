@@ -1,8 +1,9 @@
 #include "codecs/parameters.hpp"
 
-#include <algorithm>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
@@ -53,21 +54,26 @@ std::optional<std::string> check(const ParameterSpec& spec, std::string_view val
 
 std::string_view name_of(ParameterType type) {
   switch (type) {
-    case ParameterType::kInteger: return "integer";
-    case ParameterType::kTriple: return "triple";
-    case ParameterType::kText: return "text";
+    case ParameterType::kInteger:
+      return "integer";
+    case ParameterType::kTriple:
+      return "triple";
+    case ParameterType::kText:
+      return "text";
   }
   return "?";
 }
 
 std::string describe_range(const ParameterSpec& spec) {
   if (spec.type == ParameterType::kText) return fmt::format("{}", fmt::join(spec.names, ", "));
-  if (spec.type == ParameterType::kTriple) return fmt::format("x,y,z, each {}..{}", spec.minimum, spec.maximum);
+  if (spec.type == ParameterType::kTriple)
+    return fmt::format("x,y,z, each {}..{}", spec.minimum, spec.maximum);
   if (!spec.choices.empty()) return fmt::format("{}", fmt::join(spec.choices, ", "));
   return fmt::format("{}..{}", spec.minimum, spec.maximum);
 }
 
-Expected<Parameters> Parameters::parse(std::span<const ParameterSpec> specs, std::span<const std::string> assignments) {
+Expected<Parameters> Parameters::parse(std::span<const ParameterSpec> specs,
+                                       std::span<const std::string> assignments) {
   Parameters parameters;
   for (const std::string& assignment : assignments) {
     const std::size_t equals = assignment.find('=');
@@ -76,45 +82,55 @@ Expected<Parameters> Parameters::parse(std::span<const ParameterSpec> specs, std
     if (spec == specs.end()) {
       std::vector<std::string> known;
       for (const ParameterSpec& s : specs) known.emplace_back(s.name);
-      return fail(ErrorCode::kBadArgument, fmt::format("unknown parameter '{}'; expected one of: {}{}", volumes::printable(name),
-                                                       known.empty() ? "(none)" : fmt::format("{}", fmt::join(known, ", ")),
-                                                       volumes::did_you_mean(name, known)));
+      return fail(
+          ErrorCode::kBadArgument,
+          fmt::format("unknown parameter '{}'; expected one of: {}{}", volumes::printable(name),
+                      known.empty() ? "(none)" : fmt::format("{}", fmt::join(known, ", ")),
+                      volumes::did_you_mean(name, known)));
     }
     if (equals == std::string::npos) {
-      return fail(ErrorCode::kBadArgument, fmt::format("parameter '{}': expected {}=VALUE", assignment, name));
+      return fail(ErrorCode::kBadArgument,
+                  fmt::format("parameter '{}': expected {}=VALUE", assignment, name));
     }
     const std::string_view value = std::string_view(assignment).substr(equals + 1);
     const auto canonical = check(*spec, value);
     if (!canonical) {
       return fail(ErrorCode::kBadArgument,
-                  fmt::format("parameter '{}': expected {}, {}", name, describe_range(*spec), volumes::found_number(value)));
+                  fmt::format("parameter '{}': expected {}, {}", name, describe_range(*spec),
+                              volumes::found_number(value)));
     }
     if (!parameters.values_.emplace(name, *canonical).second) {
       return fail(ErrorCode::kBadArgument, fmt::format("parameter '{}' is given twice", name));
     }
   }
-  for (const ParameterSpec& spec : specs) parameters.values_.try_emplace(std::string(spec.name), spec.default_value);
+  for (const ParameterSpec& spec : specs)
+    parameters.values_.try_emplace(std::string(spec.name), spec.default_value);
   return parameters;
 }
 
 const std::string& Parameters::text(std::string_view name) const {
   const auto found = values_.find(name);
-  if (found == values_.end()) throw std::logic_error(fmt::format("parameter '{}' is not declared", name));
+  if (found == values_.end())
+    throw std::logic_error(fmt::format("parameter '{}' is not declared", name));
   return found->second;
 }
 
-std::int64_t Parameters::integer(std::string_view name) const { return volumes::parse_signed(text(name)).value(); }
+std::int64_t Parameters::integer(std::string_view name) const {
+  return volumes::parse_signed(text(name)).value();
+}
 
 std::array<std::uint32_t, 3> Parameters::triple(std::string_view name) const {
   const auto parts = split(text(name), ',');
   std::array<std::uint32_t, 3> numbers{};
-  for (std::size_t i = 0; i < 3; ++i) numbers[i] = static_cast<std::uint32_t>(volumes::parse_signed(parts.at(i)).value());
+  for (std::size_t i = 0; i < 3; ++i)
+    numbers[i] = static_cast<std::uint32_t>(volumes::parse_signed(parts.at(i)).value());
   return numbers;
 }
 
 std::string Parameters::canonical() const {
   std::string text;
-  for (const auto& [name, value] : values_) text += fmt::format("{}{}={}", text.empty() ? "" : ";", name, value);
+  for (const auto& [name, value] : values_)
+    text += fmt::format("{}{}={}", text.empty() ? "" : ";", name, value);
   return text;
 }
 
@@ -122,7 +138,9 @@ std::string Parameters::changes(std::span<const ParameterSpec> specs) const {
   std::string text;
   for (const ParameterSpec& spec : specs) {
     const auto found = values_.find(spec.name);
-    if (found == values_.end() || found->second == spec.default_value || found->second == check(spec, spec.default_value)) continue;
+    if (found == values_.end() || found->second == spec.default_value ||
+        found->second == check(spec, spec.default_value))
+      continue;
     text += fmt::format("{}{}={}", text.empty() ? "" : " ", spec.name, found->second);
   }
   return text.empty() && !specs.empty() ? "defaults" : text;

@@ -38,18 +38,22 @@ GeneratorChoice read_stand_in(const YamlValue& value) {
   return choice;
 }
 
-/// A relative path begins at the folder of the catalogue, unless it begins with the data folder's variable.
+/// A relative path begins at the folder of the catalogue, unless it begins with the data folder's
+/// variable.
 std::string read_file_name(const YamlValue& value, const std::string& catalogue_path) {
   const std::string name = value.text("the path of a volume");
   if (name.empty()) value.expected("the path of a volume");
   const bool in_data_folder = name.starts_with(kDataVariable);
-  if (name.find('$', in_data_folder ? kDataVariable.size() : 0) != std::string::npos || name.starts_with('~'))
-    value.expected(fmt::format("a path with no other variable than {} at its beginning", kDataVariable));
+  if (name.find('$', in_data_folder ? kDataVariable.size() : 0) != std::string::npos ||
+      name.starts_with('~'))
+    value.expected(
+        fmt::format("a path with no other variable than {} at its beginning", kDataVariable));
   if (in_data_folder) return name;
   return (std::filesystem::path(catalogue_path).parent_path() / name).lexically_normal().string();
 }
 
-Dataset read_dataset(const std::string& name, const YamlValue& value, const std::string& catalogue_path) {
+Dataset read_dataset(const std::string& name, const YamlValue& value,
+                     const std::string& catalogue_path) {
   Dataset d;
   d.name = name;
   GeneratorChoice choice;
@@ -118,10 +122,13 @@ Dataset read_dataset(const std::string& name, const YamlValue& value, const std:
   });
   if (!choice.kind.empty() && d.generator) value.expected("either generator or stand_in");
   if (!choice.kind.empty()) d.generator = choice;
-  if (d.generator && d.time_steps > 1) d.generator->parameters["steps"] = static_cast<double>(d.time_steps);
-  if (d.file.empty() && (!d.axes.empty() || d.allow_external)) value.expected("axes and allow_external only beside a file");
+  if (d.generator && d.time_steps > 1)
+    d.generator->parameters["steps"] = static_cast<double>(d.time_steps);
+  if (d.file.empty() && (!d.axes.empty() || d.allow_external))
+    value.expected("axes and allow_external only beside a file");
   if (is_too_large(d.extent, d.time_steps))
-    value.reject(fmt::format("expected at most {} voxels in all, found {} in {} steps", kMostVoxels, to_string(d.extent), d.time_steps));
+    value.reject(fmt::format("expected at most {} voxels in all, found {} in {} steps", kMostVoxels,
+                             to_string(d.extent), d.time_steps));
   if (d.file.empty() == choice.kind.empty())
     value.expected("either a file (with or without a stand_in) or a generator");
   return d;
@@ -136,14 +143,15 @@ std::string read_axes(const YamlValue& value) {
 
 bool read_yes_no(const YamlValue& value) {
   const std::string word = value.text("true or false");
-  if (word != "true" && word != "false" && word != "1" && word != "0") value.expected("true or false");
+  if (word != "true" && word != "false" && word != "1" && word != "0")
+    value.expected("true or false");
   return word == "true" || word == "1";
 }
 
 volumes::Extent Dataset::generated_extent() const {
   const auto scaled = [this](std::uint64_t n) {
-    return std::max<std::uint64_t>(1,
-                                   static_cast<std::uint64_t>(std::llround(static_cast<double>(n) * scale)));
+    return std::max<std::uint64_t>(
+        1, static_cast<std::uint64_t>(std::llround(static_cast<double>(n) * scale)));
   };
   return {scaled(extent.x), scaled(extent.y), scaled(extent.z)};
 }
@@ -167,8 +175,8 @@ Catalogue Catalogue::from_folder(const std::string& folder) {
 void Catalogue::add_file(const std::string& path) {
   for (const auto& [name, value] : YamlValue::from_file(path).entries()) {
     if (find(name.text()) != nullptr) {
-      name.reject(
-          fmt::format("expected a name that no other description has, found '{}' again", name.text()));
+      name.reject(fmt::format("expected a name that no other description has, found '{}' again",
+                              name.text()));
     }
     datasets_.push_back(read_dataset(name.text(), value, path));
   }

@@ -41,8 +41,8 @@ std::optional<Stage> stage_from_name(std::string_view name) {
 std::string Cell::line_key() const {
   const volumes::Extent extent = dataset->generator ? dataset->generated_extent() : dataset->extent;
   const std::string axes = dataset->axes.empty() ? "" : " axes=" + dataset->axes;
-  const std::string line = fmt::format("{}{}|{}|{}|{}|{}", dataset->name, axes, to_string(extent), codec,
-                                       parameters.canonical(), threads.text);
+  const std::string line = fmt::format("{}{}|{}|{}|{}|{}", dataset->name, axes, to_string(extent),
+                                       codec, parameters.canonical(), threads.text);
   return render ? fmt::format("{}|{}", line, render->key()) : line;
 }
 
@@ -56,18 +56,20 @@ std::string Cell::changes() const {
 std::string Cell::describe() const {
   const std::string values = changes();
   if (render)
-    return fmt::format("{} {}{}{} render, {}", dataset->name, codec, values.empty() ? "" : " ", values,
-                       render->describe());
-  return fmt::format("{} {}{}{} {}, {} thread{}", dataset->name, codec, values.empty() ? "" : " ", values,
-                     name_of(stage), threads.count, threads.count == 1 ? "" : "s");
+    return fmt::format("{} {}{}{} render, {}", dataset->name, codec, values.empty() ? "" : " ",
+                       values, render->describe());
+  return fmt::format("{} {}{}{} {}, {} thread{}", dataset->name, codec, values.empty() ? "" : " ",
+                     values, name_of(stage), threads.count, threads.count == 1 ? "" : "s");
 }
 
 std::string canonical_text(const Cell& cell, const std::string& data_identity) {
   std::string text = fmt::format(
-      "measurement={}\ndataset={}\ndata={}\nbytes_per_voxel={}\ncodec={}\nversion={}\nparameters={}\nstage={}"
+      "measurement={}\ndataset={}\ndata={}\nbytes_per_voxel={}\ncodec={}\nversion={}\nparameters={}"
+      "\nstage={}"
       "\nthreads={}\n",
-      kMeasurementVersion, cell.dataset->name, data_identity, cell.dataset->bytes_per_voxel, cell.codec,
-      cell.codec_version, cell.parameters.canonical(), name_of(cell.stage), cell.threads.count);
+      kMeasurementVersion, cell.dataset->name, data_identity, cell.dataset->bytes_per_voxel,
+      cell.codec, cell.codec_version, cell.parameters.canonical(), name_of(cell.stage),
+      cell.threads.count);
   if (cell.render) text += fmt::format("render={}\n", cell.render->identity());
   return text;
 }
@@ -82,10 +84,12 @@ std::string label_of(const Cell& cell, const std::string& key) {
   if (key == "kind") return std::string(name_of(cell.dataset->kind));
   if (key == "codec") return cell.codec;
   if (key == "extent")
-    return to_string(cell.dataset->generator ? cell.dataset->generated_extent() : cell.dataset->extent);
+    return to_string(cell.dataset->generator ? cell.dataset->generated_extent()
+                                             : cell.dataset->extent);
   if (key == "type") return std::string(name_of(cell.dataset->type));
   if (key == "threads")
-    return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count) : cell.threads.text;
+    return cell.threads.text == "all" ? fmt::format("all ({})", cell.threads.count)
+                                      : cell.threads.text;
   if (key == "parameters") return cell.changes();
   if (const auto label = cell.render ? cell.render->label(key) : std::nullopt; label) return *label;
   const auto found = cell.parameters.values().find(key);

@@ -17,7 +17,8 @@
 //       where: {LABEL: GLOB or [GLOBS]}  restricts all sides
 //       holds_in: all | most | some      of the groups that can be checked, where the paper speaks of such a share; default: all
 //
-// A side matches one line in each group, or the lines of a curve; anything else is an error of the configuration.
+// A side matches one line in each group, or the lines of a curve; anything else is an error of the
+// configuration.
 #pragma once
 
 #include <cstdint>
@@ -54,14 +55,16 @@ struct ClaimSpec {
   std::optional<double> value;
   std::optional<PublishedPlace> published;
   Comparison compare = Comparison::kFigure;
-  double at_least = -std::numeric_limits<double>::infinity(), at_most = std::numeric_limits<double>::infinity();
+  double at_least = -std::numeric_limits<double>::infinity(),
+         at_most = std::numeric_limits<double>::infinity();
   double tolerance = 0;
   std::string over;  ///< empty: single figures
   std::vector<std::string> each;
   Conditions where;
   Quorum quorum = Quorum::kAll;
 
-  /// Whether it is about cells of the render stage: its metric is one of pictures, or one of its labels is.
+  /// Whether it is about cells of the render stage: its metric is one of pictures, or one of its
+  /// labels is.
   bool renders() const;
   /// "left - right, at least 2, at most 4, tolerance 0.05".
   std::string describe_bounds() const;

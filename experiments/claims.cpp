@@ -16,8 +16,10 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr std::array kVerdicts{Verdict::kHolds, Verdict::kDoesNotHold, Verdict::kUndecided, Verdict::kUnchecked};
-constexpr double kRounding = 1e-12;  ///< relative: decimal figures at a bound must not fail for their binary digits
+constexpr std::array kVerdicts{Verdict::kHolds, Verdict::kDoesNotHold, Verdict::kUndecided,
+                               Verdict::kUnchecked};
+constexpr double kRounding =
+    1e-12;  ///< relative: decimal figures at a bound must not fail for their binary digits
 
 /// The lines of one group, side by side.
 struct Group {
@@ -25,7 +27,8 @@ struct Group {
   std::vector<std::vector<TableLine>> sides;
 };
 
-std::vector<Group> collect_groups(const ClaimSpec& claim, const Config& config, const std::map<std::string, Row>& latest) {
+std::vector<Group> collect_groups(const ClaimSpec& claim, const Config& config,
+                                  const std::map<std::string, Row>& latest) {
   std::vector<Group> groups;
   for (TableLine& line : collect_lines(Filter{claim.where}, claim.renders(), config, latest)) {
     if (line.cell->codec == kMemcpy) continue;
@@ -34,7 +37,9 @@ std::vector<Group> collect_groups(const ClaimSpec& claim, const Config& config, 
     for (std::size_t side = 0; side < claim.sides.size(); ++side) {
       if (!Filter{claim.sides[side].conditions}.keeps(*line.cell)) continue;
       auto group = std::ranges::find(groups, labels, &Group::labels);
-      if (group == groups.end()) group = groups.insert(groups.end(), {labels, std::vector<std::vector<TableLine>>(claim.sides.size())});
+      if (group == groups.end())
+        group = groups.insert(groups.end(),
+                              {labels, std::vector<std::vector<TableLine>>(claim.sides.size())});
       group->sides[side].push_back(line);
     }
   }
@@ -55,13 +60,17 @@ std::string why_missing(const TableLine& line, const std::string& metric) {
     if (row == nullptr) continue;
     ran = true;
     const std::string status = row->value("status", "");
-    if (status != kOk) return fmt::format("{} {}: {} ({})", name, name_of(stage), status, row->value("reason", "no reason given"));
+    if (status != kOk)
+      return fmt::format("{} {}: {} ({})", name, name_of(stage), status,
+                         row->value("reason", "no reason given"));
   }
   return ran ? fmt::format("{} has no {}", name, metric) : fmt::format("{} has not been run", name);
 }
 
 Verdict judge(const ClaimSpec& claim, const Interval& interval) {
-  const auto slack = [](double bound) { return std::isfinite(bound) ? kRounding * std::max(1.0, std::abs(bound)) : 0; };
+  const auto slack = [](double bound) {
+    return std::isfinite(bound) ? kRounding * std::max(1.0, std::abs(bound)) : 0;
+  };
   const double least = claim.at_least - claim.tolerance - slack(claim.at_least);
   const double most = claim.at_most + claim.tolerance + slack(claim.at_most);
   if (interval.low >= least && interval.high <= most) return Verdict::kHolds;
@@ -69,17 +78,22 @@ Verdict judge(const ClaimSpec& claim, const Interval& interval) {
 }
 
 std::string text_of(const Reading& reading) {
-  std::string text = reading.number && !reading.timed ? fmt::format("{:.6g}", *reading.number) : reading.text;
-  if (reading.interval) text += fmt::format(" [{:.4g}, {:.4g}]", reading.interval->low, reading.interval->high);
+  std::string text =
+      reading.number && !reading.timed ? fmt::format("{:.6g}", *reading.number) : reading.text;
+  if (reading.interval)
+    text += fmt::format(" [{:.4g}, {:.4g}]", reading.interval->low, reading.interval->high);
   return text;
 }
 
-Interval whole(const Reading& reading) { return reading.interval.value_or(Interval{*reading.number, *reading.number}); }
+Interval whole(const Reading& reading) {
+  return reading.interval.value_or(Interval{*reading.number, *reading.number});
+}
 
 /// Of one group: one comparison, or of an order one after the other.
 class GroupJudge {
  public:
-  GroupJudge(const ClaimSpec& claim, const Group& group, const std::optional<PublishedTable>& published)
+  GroupJudge(const ClaimSpec& claim, const Group& group,
+             const std::optional<PublishedTable>& published)
       : claim_(claim), group_(group), published_(published), metric_(*find_metric(claim.metric)) {
     result_.labels = group.labels;
   }
@@ -104,15 +118,21 @@ class GroupJudge {
     std::vector<Reading> readings;
     for (const auto& side : group_.sides) {
       readings.push_back(metric_.read(context_of(side.front(), published_)));
-      if (!readings.back().number) return add_verdict(Verdict::kUnchecked, why_missing(side.front(), claim_.metric));
+      if (!readings.back().number)
+        return add_verdict(Verdict::kUnchecked, why_missing(side.front(), claim_.metric));
     }
     if (claim_.value) readings.push_back({fmt::format("{:.6g}", *claim_.value), *claim_.value});
     if (claim_.published) {
-      readings.push_back(published_beside(metric_)->read(context_of(group_.sides.front().front(), published_)));
-      if (!readings.back().number) return add_verdict(Verdict::kUnchecked, "no figure is published");
+      readings.push_back(
+          published_beside(metric_)->read(context_of(group_.sides.front().front(), published_)));
+      if (!readings.back().number)
+        return add_verdict(Verdict::kUnchecked, "no figure is published");
     }
     if (claim_.compare == Comparison::kFigure) {
-      add({{*readings[0].number}, *readings[0].number, interval_if(whole(readings[0]), !lacks_interval(readings[0]))}, text_of(readings[0]));
+      add({{*readings[0].number},
+           *readings[0].number,
+           interval_if(whole(readings[0]), !lacks_interval(readings[0]))},
+          text_of(readings[0]));
     } else if (claim_.ordered) {
       for (std::size_t i = 1; i < readings.size(); ++i) compare(readings[i], readings[i - 1]);
     } else {
@@ -124,29 +144,39 @@ class GroupJudge {
     const bool ratio = claim_.compare == Comparison::kRatio;
     const Interval l = whole(left), r = whole(right);
     const double value = ratio ? *left.number / *right.number : *left.number - *right.number;
-    const Interval interval = ratio ? Interval{l.low / r.high, l.high / r.low} : Interval{l.low - r.high, l.high - r.low};
-    const std::string text = fmt::format("{} {} {}", text_of(left), ratio ? "/" : "-", text_of(right));
+    const Interval interval =
+        ratio ? Interval{l.low / r.high, l.high / r.low} : Interval{l.low - r.high, l.high - r.low};
+    const std::string text =
+        fmt::format("{} {} {}", text_of(left), ratio ? "/" : "-", text_of(right));
     if ((ratio && (r.low <= 0 || l.low < 0)) || std::isnan(value)) {
-      return add_verdict(Verdict::kUnchecked, fmt::format("{} has no {}", text, name_of(claim_.compare)));
+      return add_verdict(Verdict::kUnchecked,
+                         fmt::format("{} has no {}", text, name_of(claim_.compare)));
     }
-    add({{*left.number, *right.number}, value, interval_if(interval, !lacks_interval(left) && !lacks_interval(right))},
+    add({{*left.number, *right.number},
+         value,
+         interval_if(interval, !lacks_interval(left) && !lacks_interval(right))},
         fmt::format("{} = {:.4g}", text, value));
   }
 
   void add(const Comparand& found, std::string text) {
     if (!found.interval) {
       text += fmt::format(", repeated fewer than {} times", kLeastRepetitions);
-    } else if (found.interval->low != found.interval->high && claim_.compare != Comparison::kFigure) {
+    } else if (found.interval->low != found.interval->high &&
+               claim_.compare != Comparison::kFigure) {
       text += fmt::format(" [{:.4g}, {:.4g}]", found.interval->low, found.interval->high);
     }
     result_.compared.push_back(found);
     add_verdict(found.interval ? judge(claim_, *found.interval) : Verdict::kUndecided, text);
   }
 
-  /// The worst of several counts: what cannot be checked, then what does not hold, then what is undecided.
+  /// The worst of several counts: what cannot be checked, then what does not hold, then what is
+  /// undecided.
   void add_verdict(Verdict verdict, const std::string& text) {
-    static constexpr std::array kWorstLast{Verdict::kHolds, Verdict::kUndecided, Verdict::kDoesNotHold, Verdict::kUnchecked};
-    const auto rank = [](Verdict v) { return std::ranges::find(kWorstLast, v) - kWorstLast.begin(); };
+    static constexpr std::array kWorstLast{Verdict::kHolds, Verdict::kUndecided,
+                                           Verdict::kDoesNotHold, Verdict::kUnchecked};
+    const auto rank = [](Verdict v) {
+      return std::ranges::find(kWorstLast, v) - kWorstLast.begin();
+    };
     if (result_.reason.empty() || rank(verdict) > rank(result_.verdict)) result_.verdict = verdict;
     result_.reason += (result_.reason.empty() ? "" : "; ") + text;
   }
@@ -160,7 +190,8 @@ class GroupJudge {
         const LineContext context = context_of(line, {});
         const Reading rate = over.read(context), error = metric_.read(context);
         if (!rate.number || !error.number)
-          return add_verdict(Verdict::kUnchecked, why_missing(line, rate.number ? claim_.metric : claim_.over));
+          return add_verdict(Verdict::kUnchecked,
+                             why_missing(line, rate.number ? claim_.metric : claim_.over));
         points.push_back({*rate.number, *error.number});
       }
       curves.push_back(std::move(points));
@@ -168,7 +199,8 @@ class GroupJudge {
     const auto found = bd_psnr(curves[1], curves[0]);
     if (!found) return add_verdict(Verdict::kUnchecked, found.error().message);
     add({{}, found->db, Interval{found->db, found->db}},
-        fmt::format("{:+.2f} dB over {:.3f} .. {:.3f}", found->db, found->least_bits, found->largest_bits));
+        fmt::format("{:+.2f} dB over {:.3f} .. {:.3f}", found->db, found->least_bits,
+                    found->largest_bits));
   }
 
   const ClaimSpec& claim_;
@@ -214,11 +246,14 @@ std::string range_text(const ClaimVerdict& verdict) {
   }
   if (values.empty()) return "";
   const auto [least, largest] = std::ranges::minmax(values);
-  return least == largest ? fmt::format("; {:.4g}", least) : fmt::format("; {:.4g} .. {:.4g}", least, largest);
+  return least == largest ? fmt::format("; {:.4g}", least)
+                          : fmt::format("; {:.4g} .. {:.4g}", least, largest);
 }
 
 std::string quorum_text(Quorum quorum) {
-  return quorum == Quorum::kMost ? " in most groups" : quorum == Quorum::kSome ? " in some group" : "";
+  return quorum == Quorum::kMost   ? " in most groups"
+         : quorum == Quorum::kSome ? " in some group"
+                                   : "";
 }
 
 Row number_or_null(double value) { return std::isfinite(value) ? Row(value) : Row(nullptr); }
@@ -226,9 +261,12 @@ Row number_or_null(double value) { return std::isfinite(value) ? Row(value) : Ro
 Row describe(const Comparand& compared) {
   Row row;
   row["sides"] = Row::array();
-  for (const auto& side : compared.sides) row["sides"].push_back(side ? number_or_null(*side) : Row(nullptr));
+  for (const auto& side : compared.sides)
+    row["sides"].push_back(side ? number_or_null(*side) : Row(nullptr));
   row["value"] = number_or_null(compared.value);
-  if (compared.interval) row["interval"] = {number_or_null(compared.interval->low), number_or_null(compared.interval->high)};
+  if (compared.interval)
+    row["interval"] = {number_or_null(compared.interval->low),
+                       number_or_null(compared.interval->high)};
   return row;
 }
 
@@ -256,18 +294,22 @@ void check_claims(const Config& config) {
   for (const ClaimSpec& claim : config.claims) {
     const auto groups = collect_groups(claim, config, {});
     if (groups.empty()) {
-      throw volumes::InputError(fmt::format("{}: expected cells of the stage{} that match, found none", claim.sides.front().place,
-                                   claim.renders() ? " render" : "s encode, decode or random-access"));
+      throw volumes::InputError(fmt::format(
+          "{}: expected cells of the stage{} that match, found none", claim.sides.front().place,
+          claim.renders() ? " render" : "s encode, decode or random-access"));
     }
     for (const Group& group : groups) {
       for (std::size_t side = 0; side < claim.sides.size(); ++side) {
         const std::size_t lines = group.sides[side].size();
         if (lines == 0)
-          throw volumes::InputError(fmt::format("{}: expected cells that match{}, found none", claim.sides[side].place, describe(group.labels)));
+          throw volumes::InputError(fmt::format("{}: expected cells that match{}, found none",
+                                                claim.sides[side].place, describe(group.labels)));
         if (lines > 1 && claim.over.empty()) {
-          throw volumes::InputError(fmt::format("{}: expected cells that agree in codec, parameters and threads{}, found {} that do not, '{}' and '{}'",
-                                       claim.sides[side].place, describe(group.labels), lines, group.sides[side][0].cell->line_key(),
-                                       group.sides[side][1].cell->line_key()));
+          throw volumes::InputError(fmt::format(
+              "{}: expected cells that agree in codec, parameters and threads{}, found {} that do "
+              "not, '{}' and '{}'",
+              claim.sides[side].place, describe(group.labels), lines,
+              group.sides[side][0].cell->line_key(), group.sides[side][1].cell->line_key()));
         }
       }
     }
@@ -281,7 +323,8 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
     std::optional<PublishedTable> published;
     if (claim.published) published = load_published(claim.published->file, claim.published->table);
     ClaimVerdict verdict{&claim, {}};
-    for (const Group& group : collect_groups(claim, config, latest)) verdict.groups.push_back(GroupJudge(claim, group, published).judge_group());
+    for (const Group& group : collect_groups(claim, config, latest))
+      verdict.groups.push_back(GroupJudge(claim, group, published).judge_group());
     verdict.verdict = summarise(verdict);
     verdicts.push_back(std::move(verdict));
   }
@@ -289,24 +332,33 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
 }
 
 Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdicts) {
-  Table table{"claims", "Claims" + (config.title.empty() ? "" : ": " + config.title), {"claim", "verdict", "figures"}, 3, {}, {}};
+  Table table{"claims",
+              "Claims" + (config.title.empty() ? "" : ": " + config.title),
+              {"claim", "verdict", "figures"},
+              3,
+              {},
+              {}};
   for (const ClaimVerdict& verdict : verdicts) {
     const ClaimSpec& claim = *verdict.claim;
     table.lines.push_back({claim.name, std::string(name_of(verdict.verdict)),
-                           verdict.groups.size() == 1 ? verdict.groups.front().reason : counts_text(verdict) + range_text(verdict)});
-    table.notes.push_back(fmt::format("**{}**: \"{}\" ({}). Checked: {}, {}{}.", escape_markdown(claim.name, false), escape_markdown(claim.says, false),
-                                      escape_markdown(claim.source, false), claim.metric,
-                                      claim.describe_bounds(), quorum_text(claim.quorum)));
+                           verdict.groups.size() == 1
+                               ? verdict.groups.front().reason
+                               : counts_text(verdict) + range_text(verdict)});
+    table.notes.push_back(
+        fmt::format("**{}**: \"{}\" ({}). Checked: {}, {}{}.", escape_markdown(claim.name, false),
+                    escape_markdown(claim.says, false), escape_markdown(claim.source, false),
+                    claim.metric, claim.describe_bounds(), quorum_text(claim.quorum)));
   }
   return table;
 }
 
 Table groups_table(const std::vector<ClaimVerdict>& verdicts) {
-  Table table{"groups", "Each group of these claims", {"claim", "group", "verdict", "figures"}, 4, {}, {}};
+  Table table{
+      "groups", "Each group of these claims", {"claim", "group", "verdict", "figures"}, 4, {}, {}};
   for (const ClaimVerdict& verdict : verdicts) {
     for (const GroupVerdict& group : verdict.groups) {
-      table.lines.push_back({verdict.claim->name, fmt::format("{}", fmt::join(group.labels, " ")), std::string(name_of(group.verdict)),
-                             group.reason});
+      table.lines.push_back({verdict.claim->name, fmt::format("{}", fmt::join(group.labels, " ")),
+                             std::string(name_of(group.verdict)), group.reason});
     }
   }
   return table;
@@ -317,9 +369,13 @@ std::vector<Row> claims_rows(const std::vector<ClaimVerdict>& verdicts) {
   for (const ClaimVerdict& verdict : verdicts) {
     const ClaimSpec& claim = *verdict.claim;
     for (const GroupVerdict& group : verdict.groups) {
-      Row row{{"claim", claim.name}, {"says", claim.says}, {"source", claim.source}, {"claim_verdict", name_of(verdict.verdict)}};
+      Row row{{"claim", claim.name},
+              {"says", claim.says},
+              {"source", claim.source},
+              {"claim_verdict", name_of(verdict.verdict)}};
       row["group"] = Row::object();
-      for (std::size_t i = 0; i < claim.each.size(); ++i) row["group"][claim.each[i]] = group.labels[i];
+      for (std::size_t i = 0; i < claim.each.size(); ++i)
+        row["group"][claim.each[i]] = group.labels[i];
       row["verdict"] = name_of(group.verdict);
       row["reason"] = group.reason;
       row["metric"] = claim.metric;
@@ -328,7 +384,8 @@ std::vector<Row> claims_rows(const std::vector<ClaimVerdict>& verdicts) {
       row["at_most"] = number_or_null(claim.at_most);
       row["tolerance"] = claim.tolerance;
       row["compared"] = Row::array();
-      for (const Comparand& compared : group.compared) row["compared"].push_back(describe(compared));
+      for (const Comparand& compared : group.compared)
+        row["compared"].push_back(describe(compared));
       rows.push_back(std::move(row));
     }
   }

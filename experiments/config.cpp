@@ -48,8 +48,11 @@ volumes::Extent read_extent(const YamlValue& value) {
   const auto axes = value.list("three extents [x, y, z]");
   if (axes.size() != 3) value.expected("three extents [x, y, z]");
   constexpr std::uint64_t kMaxAxis = std::uint64_t{1} << 20;
-  const volumes::Extent extent{axes[0].integer(1, kMaxAxis), axes[1].integer(1, kMaxAxis), axes[2].integer(1, kMaxAxis)};
-  if (is_too_large(extent)) value.reject(fmt::format("expected at most {} voxels in all, found {}", kMostVoxels, to_string(extent)));
+  const volumes::Extent extent{axes[0].integer(1, kMaxAxis), axes[1].integer(1, kMaxAxis),
+                               axes[2].integer(1, kMaxAxis)};
+  if (is_too_large(extent))
+    value.reject(
+        fmt::format("expected at most {} voxels in all, found {}", kMostVoxels, to_string(extent)));
   return extent;
 }
 
@@ -68,31 +71,34 @@ Dataset read_generated(const YamlValue& value) {
   Dataset dataset;
   GeneratorChoice choice;
   const volumes::GeneratorInfo* info = nullptr;
-  value.fields(
-      {{"generator",
-        [&](const YamlValue& v) {
-          std::vector<std::string> kinds;
-          choice.kind = v.text("a kind of generator");
-          for (const auto& generator : volumes::all_generators()) {
-            kinds.emplace_back(generator.kind);
-            if (generator.kind == choice.kind) info = &generator;
-          }
-          if (info == nullptr)
-            v.expected(fmt::format("one of {}", fmt::join(kinds, ", ")) + did_you_mean(choice.kind, kinds));
-        },
-        true},
-       {"extent", [&](const YamlValue& v) { dataset.extent = read_extent(v); }, true},
-       {"seed", [&](const YamlValue& v) { choice.seed = v.integer(0, UINT64_MAX); }},
-       {"name", [&](const YamlValue& v) { dataset.name = v.text("a name"); }},
-       {"scale", [&](const YamlValue& v) { dataset.scale = v.number(1e-4, 1); }},
-       {"bytes_per_voxel",
-        [&](const YamlValue& v) { dataset.bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8)); }},
-       {"parameters", [&](const YamlValue& v) {
-          for (const auto& [name, number] : v.entries())
-            choice.parameters[name.text()] = number.number(-1e300, 1e300);
-        }}});
+  value.fields({{"generator",
+                 [&](const YamlValue& v) {
+                   std::vector<std::string> kinds;
+                   choice.kind = v.text("a kind of generator");
+                   for (const auto& generator : volumes::all_generators()) {
+                     kinds.emplace_back(generator.kind);
+                     if (generator.kind == choice.kind) info = &generator;
+                   }
+                   if (info == nullptr)
+                     v.expected(fmt::format("one of {}", fmt::join(kinds, ", ")) +
+                                did_you_mean(choice.kind, kinds));
+                 },
+                 true},
+                {"extent", [&](const YamlValue& v) { dataset.extent = read_extent(v); }, true},
+                {"seed", [&](const YamlValue& v) { choice.seed = v.integer(0, UINT64_MAX); }},
+                {"name", [&](const YamlValue& v) { dataset.name = v.text("a name"); }},
+                {"scale", [&](const YamlValue& v) { dataset.scale = v.number(1e-4, 1); }},
+                {"bytes_per_voxel",
+                 [&](const YamlValue& v) {
+                   dataset.bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8));
+                 }},
+                {"parameters", [&](const YamlValue& v) {
+                   for (const auto& [name, number] : v.entries())
+                     choice.parameters[name.text()] = number.number(-1e300, 1e300);
+                 }}});
   try {
-    const auto source = volumes::make_generator(choice.kind, {1, 1, 1}, choice.seed, choice.parameters, 1);
+    const auto source =
+        volumes::make_generator(choice.kind, {1, 1, 1}, choice.seed, choice.parameters, 1);
     dataset.type = source->info().type;
     dataset.time_steps = source->info().time_steps;
   } catch (const InputError& error) {
@@ -101,7 +107,8 @@ Dataset read_generated(const YamlValue& value) {
   dataset.full_extent = dataset.extent;
   dataset.kind = info->volume_kind;
   dataset.title = info->summary;
-  if (dataset.name.empty()) dataset.name = fmt::format("{}-{}", choice.kind, to_string(dataset.extent));
+  if (dataset.name.empty())
+    dataset.name = fmt::format("{}-{}", choice.kind, to_string(dataset.extent));
   dataset.generator = choice;
   return dataset;
 }
@@ -118,14 +125,15 @@ Dataset read_dataset(const YamlValue& value, const Catalogue& catalogue) {
   bool exchange_axes = false;
   std::optional<std::string> axes;
   std::optional<bool> allow_external;
-  value.fields({{"name", [&](const YamlValue& v) { dataset = find_dataset(v, catalogue); }, true},
-                {"exchange_axes", [&](const YamlValue& v) { exchange_axes = v.integer(0, 1) == 1; }},
-                {"axes", [&](const YamlValue& v) { axes = read_axes(v); }},
-                {"allow_external", [&](const YamlValue& v) { allow_external = read_yes_no(v); }},
-                {"scale", [&](const YamlValue& v) { scale = v.number(1e-4, 1); }},
-                {"extent", [&](const YamlValue& v) { extent = read_extent(v); }},
-                {"bytes_per_voxel",
-                 [&](const YamlValue& v) { bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8)); }}});
+  value.fields(
+      {{"name", [&](const YamlValue& v) { dataset = find_dataset(v, catalogue); }, true},
+       {"exchange_axes", [&](const YamlValue& v) { exchange_axes = v.integer(0, 1) == 1; }},
+       {"axes", [&](const YamlValue& v) { axes = read_axes(v); }},
+       {"allow_external", [&](const YamlValue& v) { allow_external = read_yes_no(v); }},
+       {"scale", [&](const YamlValue& v) { scale = v.number(1e-4, 1); }},
+       {"extent", [&](const YamlValue& v) { extent = read_extent(v); }},
+       {"bytes_per_voxel",
+        [&](const YamlValue& v) { bytes_per_voxel = static_cast<unsigned>(v.integer(1, 8)); }}});
   if ((scale || extent) && !dataset.generator)
     value.reject("expected a scale or extent only for what is generated, found a file");
   if ((axes || allow_external) && dataset.file.empty())
@@ -154,7 +162,8 @@ void read_codec(const YamlValue& value, std::vector<CodecChoice>& choices) {
     codec = codecs::find_codec(id);
     if (codec == nullptr) {
       const auto ids = codec_ids();
-      v.expected(fmt::format("a codec of this build ({}){}", fmt::join(ids, ", "), did_you_mean(id, ids)));
+      v.expected(
+          fmt::format("a codec of this build ({}){}", fmt::join(ids, ", "), did_you_mean(id, ids)));
     }
   };
   if (!value.is_map()) {
@@ -171,7 +180,8 @@ void read_codec(const YamlValue& value, std::vector<CodecChoice>& choices) {
   value.fields({{"id", read_id, true}, {"parameters", [&](const YamlValue& v) {
                                           for (const auto& [name, values] : v.entries()) {
                                             Axis axis{name, name.text(), {}};
-                                            for (const YamlValue& one : values.list_or_one("values"))
+                                            for (const YamlValue& one :
+                                                 values.list_or_one("values"))
                                               axis.values.push_back(parameter_text(one));
                                             axes.push_back(std::move(axis));
                                           }
@@ -182,8 +192,10 @@ void read_codec(const YamlValue& value, std::vector<CodecChoice>& choices) {
     std::vector<std::vector<std::string>> longer;
     for (const std::string& one : axis.values) {
       const std::string assignment = axis.name + "=" + one;
-      const auto checked = codecs::Parameters::parse(codec->parameters(), std::span(&assignment, 1));
-      if (!checked) axis.place.reject(fmt::format("{}: {}", codec->traits().id, checked.error().message));
+      const auto checked =
+          codecs::Parameters::parse(codec->parameters(), std::span(&assignment, 1));
+      if (!checked)
+        axis.place.reject(fmt::format("{}: {}", codec->traits().id, checked.error().message));
     }
     for (const auto& product : products) {
       for (const std::string& one : axis.values) {
@@ -207,7 +219,8 @@ Threads read_threads(const YamlValue& value) {
   return {std::to_string(count), count};
 }
 
-Block read_block(const YamlValue& value, const Catalogue& catalogue, const std::string& config_path) {
+Block read_block(const YamlValue& value, const Catalogue& catalogue,
+                 const std::string& config_path) {
   Block block;
   std::vector<YamlValue::Field> fields{
       {"datasets",
@@ -219,14 +232,18 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue, const std::
        true},
       {"codecs",
        [&](const YamlValue& v) {
-         if (v.is_scalar() && (v.text() == "all" || v.text() == "lossless" || v.text() == "lossy")) {
+         if (v.is_scalar() &&
+             (v.text() == "all" || v.text() == "lossless" || v.text() == "lossy")) {
            for (const codecs::Codec* codec : codecs::all_codecs()) {
-             if (v.text() != "all" && codec->traits().lossless != (v.text() == "lossless")) continue;
-             block.codecs.push_back({codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
+             if (v.text() != "all" && codec->traits().lossless != (v.text() == "lossless"))
+               continue;
+             block.codecs.push_back(
+                 {codec, codecs::Parameters::parse(codec->parameters(), {}).value()});
            }
            return;
          }
-         for (const YamlValue& one : v.list("codecs, or all, lossless or lossy")) read_codec(one, block.codecs);
+         for (const YamlValue& one : v.list("codecs, or all, lossless or lossy"))
+           read_codec(one, block.codecs);
        },
        true},
       {"stages",
@@ -236,7 +253,8 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue, const std::
            if (!stage) {
              std::vector<std::string> names;
              for (const Stage known : kStages) names.emplace_back(name_of(known));
-             one.expected("encode, decode, random-access or render" + did_you_mean(one.text(), names));
+             one.expected("encode, decode, random-access or render" +
+                          did_you_mean(one.text(), names));
            }
            block.stages.push_back(*stage);
          }
@@ -247,7 +265,8 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue, const std::
          for (const YamlValue& one : v.list_or_one("thread counts"))
            block.threads.push_back(read_threads(one));
        }}};
-  for (YamlValue::Field& field : block.render.fields(config_path)) fields.push_back(std::move(field));
+  for (YamlValue::Field& field : block.render.fields(config_path))
+    fields.push_back(std::move(field));
   value.fields(fields);
   block.render.check(value, std::ranges::find(block.stages, Stage::kRender) != block.stages.end());
   return block;
@@ -255,16 +274,17 @@ Block read_block(const YamlValue& value, const Catalogue& catalogue, const std::
 
 TestFault read_fault(const YamlValue& value) {
   TestFault fault;
-  value.fields({{"fault",
-                 [&](const YamlValue& v) {
-                   fault.fault = v.text();
-                   static constexpr std::array kFaults{"crash", "hang", "oom", "mismatch", "device-lost"};
-                   if (std::ranges::find(kFaults, fault.fault) == kFaults.end())
-                     v.expected("crash, hang, oom, mismatch or device-lost");
-                 },
-                 true},
-                {"codec", [&](const YamlValue& v) { fault.codec = v.text(); }},
-                {"stage", [&](const YamlValue& v) { fault.stage = v.text(); }}});
+  value.fields(
+      {{"fault",
+        [&](const YamlValue& v) {
+          fault.fault = v.text();
+          static constexpr std::array kFaults{"crash", "hang", "oom", "mismatch", "device-lost"};
+          if (std::ranges::find(kFaults, fault.fault) == kFaults.end())
+            v.expected("crash, hang, oom, mismatch or device-lost");
+        },
+        true},
+       {"codec", [&](const YamlValue& v) { fault.codec = v.text(); }},
+       {"stage", [&](const YamlValue& v) { fault.stage = v.text(); }}});
   return fault;
 }
 
@@ -275,10 +295,12 @@ std::vector<YamlValue::Field> simple_fields(Config& config) {
       {"scale", [&](const YamlValue& v) { config.scale = v.number(1e-4, 1); }},
       {"rounds", [&](const YamlValue& v) { config.rounds = v.integer(1, 100000); }},
       {"max_rounds", [&](const YamlValue& v) { config.max_rounds = v.integer(1, 1000000); }},
-      {"target_interval", [&](const YamlValue& v) { config.target_interval = v.number(1e-6, 1e6); }},
+      {"target_interval",
+       [&](const YamlValue& v) { config.target_interval = v.number(1e-6, 1e6); }},
       {"timeout_s", [&](const YamlValue& v) { config.timeout_s = v.number(0.01, 1e7); }},
       {"together", [&](const YamlValue& v) { config.together = v.integer(1, 1000000); }},
-      {"memory_limit_gib", [&](const YamlValue& v) { config.memory_limit_gib = v.number(0.001, 1e6); }},
+      {"memory_limit_gib",
+       [&](const YamlValue& v) { config.memory_limit_gib = v.number(0.001, 1e6); }},
       {"seed", [&](const YamlValue& v) { config.seed = v.integer(0, UINT64_MAX); }},
       {"device", [&](const YamlValue& v) { config.device = v.text("an index, a name or a type"); }},
       {"lods",
@@ -307,7 +329,8 @@ void apply_setting(const std::string& setting, Config& config) {
   field->read(YamlValue::from_text(setting.substr(equals + 1), "--set " + key));
 }
 
-/// The threads of such cells are those that prepare the picture, as many as there are cores; no time depends on them.
+/// The threads of such cells are those that prepare the picture, as many as there are cores; no
+/// time depends on them.
 template <class Add>
 void add_render_cells(const Block& block, const std::shared_ptr<const Dataset>& dataset,
                       const CodecChoice& choice, const std::string& device, const Add& add) {
@@ -342,10 +365,12 @@ std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config)
           continue;
         }
         for (const Threads& threads : block.threads) {
-          if (stage != Stage::kRandomAccess) add({dataset, std::string(kMemcpy), 1, {}, stage, threads});
+          if (stage != Stage::kRandomAccess)
+            add({dataset, std::string(kMemcpy), 1, {}, stage, threads});
           for (const CodecChoice& choice : block.codecs) {
             const auto& traits = choice.codec->traits();
-            add({dataset, std::string(traits.id), traits.version, choice.parameters, stage, threads});
+            add({dataset, std::string(traits.id), traits.version, choice.parameters, stage,
+                 threads});
           }
         }
       }
@@ -358,10 +383,12 @@ std::vector<Cell> expand(const std::vector<Block>& blocks, const Config& config)
 void require_names_once(const YamlValue& root, const Config& config) {
   std::set<std::string> tables, claims;
   for (const TableSpec& table : config.tables) {
-    if (!tables.insert(table.name).second) root.reject(fmt::format("expected tables of different names, found '{}' twice", table.name));
+    if (!tables.insert(table.name).second)
+      root.reject(fmt::format("expected tables of different names, found '{}' twice", table.name));
   }
   for (const ClaimSpec& claim : config.claims) {
-    if (!claims.insert(claim.name).second) root.reject(fmt::format("expected claims of different names, found '{}' twice", claim.name));
+    if (!claims.insert(claim.name).second)
+      root.reject(fmt::format("expected claims of different names, found '{}' twice", claim.name));
   }
 }
 
@@ -394,7 +421,8 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
                         config.tables.push_back(read_table(one, path));
                     }});
   fields.push_back({"claims", [&](const YamlValue& v) {
-                      for (const YamlValue& one : v.list("claims")) config.claims.push_back(read_claim(one, path));
+                      for (const YamlValue& one : v.list("claims"))
+                        config.claims.push_back(read_claim(one, path));
                     }});
   fields.push_back({"test_fault", [&](const YamlValue& v) { config.test_fault = read_fault(v); }});
   root.fields(fields);
@@ -407,8 +435,10 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
   }
   if (config.max_rounds == 0) config.max_rounds = 3 * config.rounds;
   if (config.max_rounds < config.rounds) {
-    root.reject(fmt::format("expected max_rounds of at least rounds ({}), found {}: raise max_rounds, or leave it out for three times rounds",
-                            config.rounds, config.max_rounds));
+    root.reject(
+        fmt::format("expected max_rounds of at least rounds ({}), found {}: raise max_rounds, or "
+                    "leave it out for three times rounds",
+                    config.rounds, config.max_rounds));
   }
   config.hash = hash_config(path, settings);
   config.cells = expand(blocks, config);

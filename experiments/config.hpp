@@ -74,7 +74,8 @@ struct TableSpec {
   Conditions where;
   std::optional<PublishedPlace> published;
   std::optional<Pivot> pivot;
-  std::string bd_reference;  ///< labels of the curve that others are compared with; empty: no table of curves
+  std::string
+      bd_reference;  ///< labels of the curve that others are compared with; empty: no table of curves
 
   /// Whether it is about cells of the render stage.
   bool renders() const;
@@ -95,14 +96,15 @@ struct Config {
   std::uint64_t seed = 1;
   std::vector<unsigned> lods;  ///< empty: all
   std::string device;          ///< of the render stage; empty: the renderer's choice
-  std::vector<Cell> cells;  ///< memcpy first for each data set, stage and number of threads; each cell once
+  std::vector<Cell>
+      cells;  ///< memcpy first for each data set, stage and number of threads; each cell once
   std::vector<TableSpec> tables;
   std::vector<ClaimSpec> claims;
   std::optional<TestFault> test_fault;
 };
 
-/// Reads a configuration; `settings` are "key=value" for its top-level keys with simple values and win over
-/// the file. Throws InputError.
+/// Reads a configuration; `settings` are "key=value" for its top-level keys with simple values and
+/// win over the file. Throws InputError.
 Config load_config(const std::string& path, const Catalogue& catalogue,
                    const std::vector<std::string>& settings);
 

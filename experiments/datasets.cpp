@@ -24,8 +24,8 @@ using volumes::VolumeSource;
 
 namespace {
 
-/// Files beyond this are identified by size, time stamp and their first and last bytes: reading them takes
-/// minutes.
+/// Files beyond this are identified by size, time stamp and their first and last bytes: reading
+/// them takes minutes.
 constexpr std::uint64_t kWholeHashLimit = std::uint64_t{8} << 30;
 constexpr std::uint64_t kEdgeBytes = 1 << 20;
 
@@ -74,8 +74,8 @@ std::string hash_folder(const fs::path& path) {
   std::vector<std::string> entries;
   for (const auto& entry : fs::recursive_directory_iterator(path)) {
     if (entry.is_regular_file())
-      entries.push_back(
-          fmt::format("{} {}\n", entry.path().lexically_relative(path).string(), entry.file_size()));
+      entries.push_back(fmt::format("{} {}\n", entry.path().lexically_relative(path).string(),
+                                    entry.file_size()));
   }
   std::ranges::sort(entries);
   Hash hash;
@@ -96,9 +96,9 @@ std::string hash_probe(const VolumeSource& source) {
   Hash hash;
   const Extent& e = source.info().extent;
   const auto probe = [&](const volumes::Coordinate& origin, std::uint64_t edge) {
-    const Box box{
-        origin,
-        {std::min(edge, e.x - origin.x), std::min(edge, e.y - origin.y), std::min(edge, e.z - origin.z)}};
+    const Box box{origin,
+                  {std::min(edge, e.x - origin.x), std::min(edge, e.y - origin.y),
+                   std::min(edge, e.z - origin.z)}};
     std::vector<std::byte> voxels(box.size.voxels() * size_of(source.info().type));
     source.read(box, voxels.data());
     hash.add(voxels.data(), voxels.size());
@@ -124,8 +124,8 @@ Location locate_generated(const Dataset& dataset) {
   Location location;
   location.generator = dataset.generator;
   const Extent extent = dataset.generated_extent();
-  const auto source = volumes::make_generator(dataset.generator->kind, extent, dataset.generator->seed,
-                                              dataset.generator->parameters, 1);
+  const auto source = volumes::make_generator(
+      dataset.generator->kind, extent, dataset.generator->seed, dataset.generator->parameters, 1);
   location.info = source->info();
   location.identity = identify(generator_text(*dataset.generator, extent) + hash_probe(*source));
   location.present = true;
@@ -133,8 +133,8 @@ Location locate_generated(const Dataset& dataset) {
     location.label = "generated";
   } else {
     const std::string original = dataset.title.substr(0, dataset.title.find_first_of(":,"));
-    location.label =
-        fmt::format("stand-in for {}, {} of {}", original, to_string(extent), to_string(dataset.full_extent));
+    location.label = fmt::format("stand-in for {}, {} of {}", original, to_string(extent),
+                                 to_string(dataset.full_extent));
   }
   return location;
 }
@@ -148,22 +148,25 @@ Location missing(std::string reason) {
 Location locate_file(const Dataset& dataset, const std::string& path) {
   const std::string file = file_of(path);
   if (!fs::exists(file)) {
-    return missing(file + " is absent" +
-                   (dataset.package.empty() ? "" : fmt::format(" (Debian package {})", dataset.package)));
+    return missing(
+        file + " is absent" +
+        (dataset.package.empty() ? "" : fmt::format(" (Debian package {})", dataset.package)));
   }
   try {
     const std::string hash = fs::is_directory(file) ? hash_folder(file) : hash_file(file);
     if (!dataset.hash.empty() && dataset.hash != hash) {
-      return missing(fmt::format("{} has the hash {}, its description says {}", file, hash, dataset.hash));
+      return missing(
+          fmt::format("{} has the hash {}, its description says {}", file, hash, dataset.hash));
     }
     Location location;
     location.path = path;
     location.axes = dataset.axes;
     location.allow_external = dataset.allow_external;
-    location.info = volumes::open_volume(path, {dataset.kind, dataset.axes, dataset.allow_external})->info();
+    location.info =
+        volumes::open_volume(path, {dataset.kind, dataset.axes, dataset.allow_external})->info();
     const auto shape = [](const Extent& step, std::uint64_t steps, volumes::VoxelType type) {
-      return fmt::format("{}{} {}", to_string(step), steps == 1 ? "" : fmt::format(" in {} time steps", steps),
-                         name_of(type));
+      return fmt::format("{}{} {}", to_string(step),
+                         steps == 1 ? "" : fmt::format(" in {} time steps", steps), name_of(type));
     };
     const VolumeInfo& info = location.info;
     const std::string found = shape(info.step_extent(), info.time_steps, info.type);
@@ -171,7 +174,8 @@ Location locate_file(const Dataset& dataset, const std::string& path) {
     if (found != described)
       return missing(fmt::format("{} holds {}, its description says {}", path, found, described));
     location.info.kind = dataset.kind;
-    std::string named = fmt::format("{} {} {}", hash, path.substr(file.size()), name_of(dataset.kind));
+    std::string named =
+        fmt::format("{} {} {}", hash, path.substr(file.size()), name_of(dataset.kind));
     if (!dataset.axes.empty()) named += " axes=" + dataset.axes;
     if (dataset.allow_external) named += " allow_external";
     location.identity = identify(named);
@@ -196,11 +200,15 @@ void exchange_axes_of(VolumeInfo& info) {
 class ExchangedSource final : public VolumeSource {
  public:
   explicit ExchangedSource(const VolumeSource& source)
-      : volume_(volumes::read_all(source)), provenance_(source.provenance()), files_(source.files()) {
+      : volume_(volumes::read_all(source)),
+        provenance_(source.provenance()),
+        files_(source.files()) {
     exchange_axes_of(volume_.info());
   }
   const VolumeInfo& info() const override { return volume_.info(); }
-  void read(const Box& box, std::byte* out) const override { volumes::MemorySource(volume_).read(box, out); }
+  void read(const Box& box, std::byte* out) const override {
+    volumes::MemorySource(volume_).read(box, out);
+  }
   const std::byte* data() const override { return volume_.data(); }
   volumes::Provenance provenance() const override { return provenance_; }
   std::vector<std::string> files() const override { return files_; }
@@ -218,7 +226,8 @@ bool are_axes(const std::string& text) {
     if (text.find(required) == std::string::npos) return false;
   }
   return std::ranges::all_of(text, [&](char c) {
-    return std::string_view("tzyxc").find(c) != std::string_view::npos && std::ranges::count(text, c) == 1;
+    return std::string_view("tzyxc").find(c) != std::string_view::npos &&
+           std::ranges::count(text, c) == 1;
   });
 }
 
@@ -238,7 +247,8 @@ Location locate_in_order(const Dataset& dataset, const Places& places) {
     path = places.data + path.substr(kDataVariable.size());
   }
   if (!path.empty() && reason.empty()) {
-    // A file that is there but differs from its description is never replaced by a stand-in in silence.
+    // A file that is there but differs from its description is never replaced by a stand-in in
+    // silence.
     if (fs::exists(file_of(path)) || !dataset.generator) return locate_file(dataset, path);
   }
   if (dataset.generator) return locate_generated(dataset);
@@ -263,9 +273,11 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
     in_order.info.extent = exchange(location.info.extent);
     return std::make_unique<ExchangedSource>(*open_location(in_order, threads));
   }
-  if (!location.path.empty()) return volumes::open_volume(location.path, {location.info.kind, location.axes, location.allow_external});
-  return volumes::make_generator(location.generator->kind, location.info.step_extent(), location.generator->seed,
-                                 location.generator->parameters, threads);
+  if (!location.path.empty())
+    return volumes::open_volume(location.path,
+                                {location.info.kind, location.axes, location.allow_external});
+  return volumes::make_generator(location.generator->kind, location.info.step_extent(),
+                                 location.generator->seed, location.generator->parameters, threads);
 }
 
 }  // namespace cvr::experiments

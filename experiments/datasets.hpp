@@ -1,10 +1,10 @@
-// What is measured on: the catalogue of data sets (configs/datasets/*.yaml, keys explained in paper.yaml
-// there), and where their voxels are on this machine.
+// What is measured on: the catalogue of data sets (configs/datasets/*.yaml, keys explained in
+// paper.yaml there), and where their voxels are on this machine.
 //
-// A data set has a file, a generator, or a file with a generator that stands in for it where the file is
-// absent. Its identity is known without its voxels: of a file the hash of its bytes; of a generated volume
-// kind, extent, seed and parameters plus the hash of two small boxes, so that a retuned generator never
-// passes for the old one. Cell ids and cached copies are named by it.
+// A data set has a file, a generator, or a file with a generator that stands in for it where the
+// file is absent. Its identity is known without its voxels: of a file the hash of its bytes; of a
+// generated volume kind, extent, seed and parameters plus the hash of two small boxes, so that a
+// retuned generator never passes for the old one. Cell ids and cached copies are named by it.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,8 @@
 
 namespace cvr::experiments {
 
-inline constexpr std::string_view kDataVariable = "${CVRBENCH_DATA}";  ///< stands for Places::data at the beginning of Dataset::file
+inline constexpr std::string_view kDataVariable =
+    "${CVRBENCH_DATA}";  ///< stands for Places::data at the beginning of Dataset::file
 
 struct GeneratorChoice {
   std::string kind;
@@ -43,9 +44,10 @@ struct Dataset {
   std::string stand_in_for;           ///< the data set that the generated volume stands in for
   double scale = 1;                   ///< edge of the generated volume / edge in full
   std::uint32_t bytes_per_voxel = 0;  ///< of the published accounting; 0: that of the stored type
-  bool exchange_axes = false;         ///< read the voxels as if x and z were exchanged, a mistake made on purpose
-  std::string axes;                   ///< of the file, as volumes::OpenOptions has them; empty: as the file says
-  bool allow_external = false;        ///< read files that the volume names outside its own folder
+  bool exchange_axes =
+      false;         ///< read the voxels as if x and z were exchanged, a mistake made on purpose
+  std::string axes;  ///< of the file, as volumes::OpenOptions has them; empty: as the file says
+  bool allow_external = false;  ///< read files that the volume names outside its own folder
 
   /// max(1, round(extent * scale)).
   volumes::Extent generated_extent() const;
@@ -53,7 +55,8 @@ struct Dataset {
 
 /// Whether a text names axes in an order: x, y and z, perhaps t and c, each once.
 bool are_axes(const std::string& text);
-inline constexpr const char* kAxesExplained = "the letters x, y, z and where there are such axes t and c, each once, for instance zyx";
+inline constexpr const char* kAxesExplained =
+    "the letters x, y, z and where there are such axes t and c, each once, for instance zyx";
 
 /// Whether an extent and what lies on top of it has more voxels than kMostVoxels, without overflow.
 bool is_too_large(const volumes::Extent& extent, std::uint64_t time_steps = 1);
@@ -84,18 +87,19 @@ struct Location {
   bool present = false;
   std::string missing;  ///< the reason if not present
   std::string path;     ///< volume file; empty: generated
-  std::string axes;             ///< of the file, as the data set has them
+  std::string axes;     ///< of the file, as the data set has them
   bool allow_external = false;
   std::optional<GeneratorChoice> generator;
   volumes::VolumeInfo info;
-  bool exchanged = false;  ///< info.extent is (Z, Y, X) of the source; the voxels lie in memory as before
+  bool exchanged =
+      false;  ///< info.extent is (Z, Y, X) of the source; the voxels lie in memory as before
   std::string identity;  ///< 16 hexadecimal digits
   std::string
       label;  ///< "stand-in for CELLS, 300x300x300 of 1000x1000x1000" (its title up to the first colon or comma), "generated" or ""
 };
 
-/// Never throws for data that is absent or differs from its description: that is a reason. Throws InputError
-/// for a generator's bad parameters: that is the configuration's fault.
+/// Never throws for data that is absent or differs from its description: that is a reason. Throws
+/// InputError for a generator's bad parameters: that is the configuration's fault.
 Location locate(const Dataset& dataset, const Places& places);
 
 std::unique_ptr<volumes::VolumeSource> open_location(const Location& location, unsigned threads);

@@ -7,7 +7,9 @@ namespace cvr::experiments {
 namespace {
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_word(char c) { return is_letter(c) || (c >= '0' && c <= '9') || static_cast<unsigned char>(c) >= 0x80; }
+bool is_word(char c) {
+  return is_letter(c) || (c >= '0' && c <= '9') || static_cast<unsigned char>(c) >= 0x80;
+}
 bool is_punctuation(char c) { return c > ' ' && c < 0x7F && !is_word(c); }
 
 /// Whether a character means something in Markdown where it stands; `next` is '\0' at the end.
@@ -41,7 +43,8 @@ std::string escape_markdown(std::string_view text, bool in_table) {
   const std::string shown = volumes::printable(text);
   std::string escaped;
   for (std::size_t i = 0; i < shown.size(); ++i) {
-    const char before = i == 0 ? '\0' : shown[i - 1], next = i + 1 < shown.size() ? shown[i + 1] : '\0';
+    const char before = i == 0 ? '\0' : shown[i - 1],
+               next = i + 1 < shown.size() ? shown[i + 1] : '\0';
     if (is_markup(before, shown[i], next, in_table)) escaped += '\\';
     escaped += shown[i];
   }

@@ -26,17 +26,21 @@ double mean_of(std::span<const double> values) {
 
 /// Statistics of ascending milliseconds.
 Row describe_ms(std::span<const double> ms) {
-  return {{"min_ms", ms.front()},        {"mean_ms", mean_of(ms)},       {"median_ms", quantile(ms, 0.5)},
-          {"p95_ms", quantile(ms, 0.95)}, {"p99_ms", quantile(ms, 0.99)}, {"max_ms", ms.back()}};
+  return {{"min_ms", ms.front()},           {"mean_ms", mean_of(ms)},
+          {"median_ms", quantile(ms, 0.5)}, {"p95_ms", quantile(ms, 0.95)},
+          {"p99_ms", quantile(ms, 0.99)},   {"max_ms", ms.back()}};
 }
 
 Row describe_incomplete(std::span<const std::uint64_t> counts) {
   std::vector<double> ascending(counts.begin(), counts.end());
   std::ranges::sort(ascending);
-  return {{"first", counts.front()}, {"median", quantile(ascending, 0.5)}, {"largest", ascending.back()}};
+  return {{"first", counts.front()},
+          {"median", quantile(ascending, 0.5)},
+          {"largest", ascending.back()}};
 }
 
-/// What the frames of the path and those of the held view have in common; null without frames. `passes` begins their passes' series.
+/// What the frames of the path and those of the held view have in common; null without frames.
+/// `passes` begins their passes' series.
 Row describe_series(const Measured& measured, const std::string& name, const std::string& passes) {
   const auto frames = std::ranges::find(measured.series, name, &Measured::Series::name);
   if (frames == measured.series.end()) return nullptr;
@@ -85,6 +89,8 @@ Row describe_frames(const Measured& measured) {
   return row;
 }
 
-Row describe_held_frames(const Measured& measured) { return describe_series(measured, "held", "held-pass/"); }
+Row describe_held_frames(const Measured& measured) {
+  return describe_series(measured, "held", "held-pass/");
+}
 
 }  // namespace cvr::experiments

@@ -1,8 +1,9 @@
 // The samples of cells that have not come to their end, as JSON lines in OUT/journal.jsonl.
 //
-// Rounds of many cells are interleaved, so all of them end at about the same time. The journal keeps every round as it is made: a
-// kill loses the round in progress, and --resume goes on with the rounds that are there (after checking the cell anew). Rounds of
-// another machine or build do not count. The file goes when a run is complete.
+// Rounds of many cells are interleaved, so all of them end at about the same time. The journal
+// keeps every round as it is made: a kill loses the round in progress, and --resume goes on with
+// the rounds that are there (after checking the cell anew). Rounds of another machine or build do
+// not count. The file goes when a run is complete.
 #pragma once
 
 #include <map>
@@ -22,9 +23,10 @@ struct Round {
 
 class Journal {
  public:
-  /// `origin` names what rounds that may be mixed have in common: machine, build, what the configuration asks of a round. `anew` throws
-  /// older rounds away. Only who holds the lock of the folder may make one. Throws OutputError, and InputError: "FILE:LINE: ..." for a
-  /// line that is no round.
+  /// `origin` names what rounds that may be mixed have in common: machine, build, what the
+  /// configuration asks of a round. `anew` throws older rounds away. Only who holds the lock of the
+  /// folder may make one. Throws OutputError, and InputError: "FILE:LINE: ..." for a line that is
+  /// no round.
   Journal(const std::string& path, std::string origin, bool anew);
   /// The rounds of a cell so far.
   const std::vector<Round>& rounds_of(const std::string& cell) const;

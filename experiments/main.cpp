@@ -14,8 +14,9 @@ std::string variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// Takes the numbers 0 to 2 where the caller closed them, so that no file that is opened later gets one and receives what is printed.
-/// What is written to a closed standard output then fails, as it should; what is said on a closed standard error is lost.
+/// Takes the numbers 0 to 2 where the caller closed them, so that no file that is opened later gets
+/// one and receives what is printed. What is written to a closed standard output then fails, as it
+/// should; what is said on a closed standard error is lost.
 void hold_standard_descriptors() {
   for (const int descriptor : {0, 1, 2}) {
     if (::fcntl(descriptor, F_GETFD) >= 0) continue;

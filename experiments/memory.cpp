@@ -25,7 +25,8 @@ std::optional<std::uint64_t> number_in(const std::string& path) {
 /// What a limit leaves; everything where there is none.
 std::uint64_t left_of(int resource, std::uint64_t used) {
   rlimit limit{};
-  if (getrlimit(static_cast<__rlimit_resource_t>(resource), &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+  if (getrlimit(static_cast<__rlimit_resource_t>(resource), &limit) != 0 ||
+      limit.rlim_cur == RLIM_INFINITY)
     return ~std::uint64_t{0};
   return limit.rlim_cur > used ? limit.rlim_cur - used : 0;
 }
@@ -33,7 +34,8 @@ std::uint64_t left_of(int resource, std::uint64_t used) {
 }  // namespace
 
 std::uint64_t usable_memory() {
-  std::uint64_t size = 0, skipped = 0, data = 0;  // in pages: total, resident, shared, text, lib, data
+  std::uint64_t size = 0, skipped = 0,
+                data = 0;  // in pages: total, resident, shared, text, lib, data
   std::ifstream statm("/proc/self/statm");
   statm >> size >> skipped >> skipped >> skipped >> skipped >> data;
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));

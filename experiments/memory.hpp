@@ -5,8 +5,8 @@
 
 namespace cvr::experiments {
 
-/// Bytes that this process may still allocate: what the system has, what its control group leaves, and what the limits on its address
-/// space and data (ulimit -v, -d) leave, whichever is least.
+/// Bytes that this process may still allocate: what the system has, what its control group leaves,
+/// and what the limits on its address space and data (ulimit -v, -d) leave, whichever is least.
 std::uint64_t usable_memory();
 
 }  // namespace cvr::experiments

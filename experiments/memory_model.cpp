@@ -12,10 +12,10 @@ namespace cvr::experiments {
 namespace {
 
 constexpr double kMiB = 1 << 20;
-constexpr double kProcess = 15.6 * kMiB;   ///< program and libraries, as far as they are touched
-constexpr double kThread = 0.25 * kMiB;  ///< of stack and heap, for each beside the first
-constexpr double kDriver = 256 * kMiB;   ///< of a renderer
-constexpr double kPixel = 100;           ///< bytes, of images on the device and here
+constexpr double kProcess = 15.6 * kMiB;  ///< program and libraries, as far as they are touched
+constexpr double kThread = 0.25 * kMiB;   ///< of stack and heap, for each beside the first
+constexpr double kDriver = 256 * kMiB;    ///< of a renderer
+constexpr double kPixel = 100;            ///< bytes, of images on the device and here
 constexpr std::uint64_t kSlabPlanes = 64;
 
 // As stages/random_access.cpp chooses its points: three series a level in a twentieth of a second.
@@ -31,17 +31,21 @@ double destination(const volumes::VolumeInfo& info, const MemoryChoices& choices
   return static_cast<double>(info.extent.x * info.extent.y * planes * size_of(info.type));
 }
 
-double points(const codecs::Traits& traits, const codecs::MemoryEstimate& need, const volumes::VolumeInfo& info,
-              const MemoryChoices& choices) {
+double points(const codecs::Traits& traits, const codecs::MemoryEstimate& need,
+              const volumes::VolumeInfo& info, const MemoryChoices& choices) {
   const bool labels = info.kind == volumes::VolumeKind::kLabels;
-  const double levels = choices.lods.empty() ? need.levels : std::min(need.levels, static_cast<double>(choices.lods.size()));
-  const double wanted = std::clamp(kRoundNs / (need.access_ns * 3 * levels), kLeastPoints, kMostPoints);
+  const double levels = choices.lods.empty()
+                            ? need.levels
+                            : std::min(need.levels, static_cast<double>(choices.lods.size()));
+  const double wanted =
+      std::clamp(kRoundNs / (need.access_ns * 3 * levels), kLeastPoints, kMostPoints);
   const double count = traits.access == codecs::Granularity::kBrick ? kPointsByBricks : wanted;
   return count * ((labels ? 3 : 2) * sizeof(volumes::Coordinate) + sizeof(std::uint64_t));
 }
 
 double render_memory(const RenderChoice& render, const volumes::VolumeInfo& info) {
-  // Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of the counting renderer.
+  // Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of
+  // the counting renderer.
   const auto pixels = static_cast<double>(std::uint64_t{render.width} * render.height);
   return 4 * bytes_of(info) + 8 * static_cast<double>(info.extent.voxels()) +
          static_cast<double>(render.cache_mib) * 2 * kMiB + kPixel * pixels + kDriver;
@@ -50,7 +54,8 @@ double render_memory(const RenderChoice& render, const volumes::VolumeInfo& info
 /// The volume that a row is about.
 std::optional<volumes::VolumeInfo> info_of(const Row& row) {
   const Row& dataset = row.at("dataset");
-  if (!dataset.contains("extent") || !dataset.contains("type") || !dataset.contains("kind")) return std::nullopt;
+  if (!dataset.contains("extent") || !dataset.contains("type") || !dataset.contains("kind"))
+    return std::nullopt;
   const auto type = volumes::voxel_type_from_name(dataset["type"].get<std::string>());
   const auto kind = volumes::volume_kind_from_name(dataset["kind"].get<std::string>());
   const auto extent = dataset["extent"].get<std::vector<std::uint64_t>>();
@@ -66,7 +71,9 @@ double measured(const Row& row) { return row["memory"]["peak_over_input"].get<do
 
 /// Whether a row measured the same work on whatever volume.
 bool same_work(const Row& row, const Cell& cell) {
-  if (row.value("stage", "") != name_of(cell.stage) || row.value("threads", 0u) != cell.threads.count) return false;
+  if (row.value("stage", "") != name_of(cell.stage) ||
+      row.value("threads", 0u) != cell.threads.count)
+    return false;
   const Row& codec = row.at("codec");
   return codec.value("id", "") == cell.codec && codec.value("version", 0u) == cell.codec_version &&
          codec.at("parameters") == Row(cell.parameters.values());
@@ -74,13 +81,16 @@ bool same_work(const Row& row, const Cell& cell) {
 
 }  // namespace
 
-double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info, const MemoryChoices& choices) {
+double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info,
+                       const MemoryChoices& choices) {
   if (cell.render) return render_memory(*cell.render, info);
   const double process = kProcess + kThread * (cell.threads.count - 1.0);
   const double to = destination(info, choices);
-  if (cell.codec == kMemcpy) return process + to + (cell.stage == Stage::kDecode ? bytes_of(info) : 0);
+  if (cell.codec == kMemcpy)
+    return process + to + (cell.stage == Stage::kDecode ? bytes_of(info) : 0);
   const codecs::Codec& codec = *codecs::find_codec(cell.codec);
-  const codecs::MemoryEstimate need = codecs::estimate_memory(codec, info, cell.parameters, cell.threads.count);
+  const codecs::MemoryEstimate need =
+      codecs::estimate_memory(codec, info, cell.parameters, cell.threads.count);
   switch (cell.stage) {
     case Stage::kEncode:
       return process + need.file + need.encode;
@@ -91,19 +101,22 @@ double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info, const 
   }
 }
 
-MemoryForecast::MemoryForecast(const std::vector<Row>& rows, MemoryChoices choices) : choices_(std::move(choices)) {
+MemoryForecast::MemoryForecast(const std::vector<Row>& rows, MemoryChoices choices)
+    : choices_(std::move(choices)) {
   const Row::json_pointer memory("/memory/peak_over_input");
   for (auto at = rows.rbegin(); at != rows.rend(); ++at) {
     const Row& row = *at;
-    const bool tells = row.value("status", "") == kOk && row.contains(memory) && row.at(memory).is_number() &&
-                       row.contains("dataset") && row.contains("codec");
+    const bool tells = row.value("status", "") == kOk && row.contains(memory) &&
+                       row.at(memory).is_number() && row.contains("dataset") &&
+                       row.contains("codec");
     if (tells) rows_.push_back(&row);
   }
 }
 
 MemoryForecast::Memory MemoryForecast::of(const Cell& cell, const std::string& cell_id,
                                           const volumes::VolumeInfo& info) const {
-  const auto same = std::ranges::find_if(rows_, [&](const Row* row) { return row->value("cell", "") == cell_id; });
+  const auto same = std::ranges::find_if(
+      rows_, [&](const Row* row) { return row->value("cell", "") == cell_id; });
   if (same != rows_.end()) return {static_cast<std::uint64_t>(measured(**same)), true};
   const double model = modelled_memory(cell, info, choices_);
   double scale = 1, least_distance = 1e300;

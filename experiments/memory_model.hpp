@@ -1,7 +1,9 @@
-// What a worker's timed rounds are expected to take in memory beyond the mapped input: memory.peak_over_input of rows.
+// What a worker's timed rounds are expected to take in memory beyond the mapped input:
+// memory.peak_over_input of rows.
 //
-// A row of the same cell tells. Else the model, which codecs describe (codecs::MemoryEstimate) and stages add their own to; it is scaled
-// by what a row of the same codec, parameters, stage and threads measured on the volume of the same kind that is nearest in size.
+// A row of the same cell tells. Else the model, which codecs describe (codecs::MemoryEstimate) and
+// stages add their own to; it is scaled by what a row of the same codec, parameters, stage and
+// threads measured on the volume of the same kind that is nearest in size.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +17,14 @@ namespace cvr::experiments {
 
 /// What of a configuration decides the memory of its workers.
 struct MemoryChoices {
-  std::uint64_t limit = 0;     ///< bytes beyond the mapped input; 0: none. A volume above half of it is decoded slab by slab.
+  std::uint64_t limit =
+      0;  ///< bytes beyond the mapped input; 0: none. A volume above half of it is decoded slab by slab.
   std::vector<unsigned> lods;  ///< of random access; empty: all
 };
 
 /// Bytes by the model alone.
-double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info, const MemoryChoices& choices);
+double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info,
+                       const MemoryChoices& choices);
 
 class MemoryForecast {
  public:

@@ -28,17 +28,21 @@ std::optional<double> number_at(const Row& row, const char* pointer) {
   return row.at(at).get<double>();
 }
 
-Reading reading_of(double number, int digits) { return {fmt::format("{:.{}f}", number, digits), number}; }
+Reading reading_of(double number, int digits) {
+  return {fmt::format("{:.{}f}", number, digits), number};
+}
 
 /// The row of a stage through `read`, or its status.
-Reading from_stage(const LineContext& line, Stage stage, const std::function<Reading(const Row&)>& read) {
+Reading from_stage(const LineContext& line, Stage stage,
+                   const std::function<Reading(const Row&)>& read) {
   const Row* row = row_of(line, stage);
   if (row == nullptr) return "";
   return is_ok(*row) ? read(*row) : row->value("status", "");
 }
 
 /// A number of the row of one stage, or that row's status.
-Reading from_stage(const LineContext& line, Stage stage, const char* pointer, int digits, double factor = 1) {
+Reading from_stage(const LineContext& line, Stage stage, const char* pointer, int digits,
+                   double factor = 1) {
   return from_stage(line, stage, [&](const Row& row) -> Reading {
     const auto value = number_at(row, pointer);
     return value ? reading_of(*value * factor, digits) : "";
@@ -58,7 +62,8 @@ Reading from_any(const LineContext& line, const char* pointer, int digits) {
     }
   }
   if (!status.empty()) return status;
-  const bool any = std::ranges::any_of(line.rows, [](const auto& entry) { return entry.second != nullptr; });
+  const bool any =
+      std::ranges::any_of(line.rows, [](const auto& entry) { return entry.second != nullptr; });
   return any ? std::string(kUnsupported) : "";
 }
 
@@ -67,7 +72,8 @@ Reading entropy_gap(const LineContext& line) {
   return from_stage(line, Stage::kEncode, [](const Row& row) -> Reading {
     const auto entropy = number_at(row, "/size/entropy_bytes");
     if (!entropy || *entropy == 0) return "";
-    const double stored = number_at(row, "/size/breakdown/operations").value_or(0) + number_at(row, "/size/breakdown/stop_bits").value_or(0);
+    const double stored = number_at(row, "/size/breakdown/operations").value_or(0) +
+                          number_at(row, "/size/breakdown/stop_bits").value_or(0);
     return reading_of(100.0 * (stored / *entropy - 1.0), 2);
   });
 }
@@ -78,11 +84,13 @@ std::vector<double> samples_of(const Row& row, const char* pointer) {
 }
 
 /// Median seconds of "seconds" or "cpu_seconds".
-Reading seconds(const LineContext& line, Stage stage, const std::string& series, const char* format) {
+Reading seconds(const LineContext& line, Stage stage, const std::string& series,
+                const char* format) {
   return from_stage(line, stage, [&](const Row& row) -> Reading {
     const auto value = number_at(row, ("/time/" + series + "/median").c_str());
     if (!value) return "";
-    return timed({fmt::format(fmt::runtime(format), *value), *value}, samples_of(row, ("/time/" + series + "/samples").c_str()));
+    return timed({fmt::format(fmt::runtime(format), *value), *value},
+                 samples_of(row, ("/time/" + series + "/samples").c_str()));
   });
 }
 
@@ -129,7 +137,8 @@ Reading bound_text(const LineContext& line) {
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr || !row->contains("size")) continue;
     const Row& size = (*row)["size"];
-    if (size.contains("bound_kept") && text != "no") text = size.value("bound_kept", false) ? "yes" : "no";
+    if (size.contains("bound_kept") && text != "no")
+      text = size.value("bound_kept", false) ? "yes" : "no";
   }
   return text;
 }
@@ -142,26 +151,32 @@ const Row* verified_row(const LineContext& line) {
   return nullptr;
 }
 
-bool is_exact(const Row& row) { return row["verification"].value("mismatches", std::uint64_t{1}) == 0; }
+bool is_exact(const Row& row) {
+  return row["verification"].value("mismatches", std::uint64_t{1}) == 0;
+}
 
-/// A number of the error of a volume; "exact" where it has none because nothing differs; else the first status.
+/// A number of the error of a volume; "exact" where it has none because nothing differs; else the
+/// first status.
 Reading error_of(const LineContext& line, const char* pointer, const char* format) {
   if (line.pseudo) return "";
   const Row* row = verified_row(line);
   if (row == nullptr) return from_any(line, pointer, 3);
-  if (const auto value = number_at(*row, pointer)) return {fmt::format(fmt::runtime(format), *value), *value};
+  if (const auto value = number_at(*row, pointer))
+    return {fmt::format(fmt::runtime(format), *value), *value};
   if (!is_exact(*row)) return "";
   const bool psnr = std::string_view(pointer).ends_with("psnr_db");
   return {"exact", psnr ? std::numeric_limits<double>::infinity() : 0};
 }
 
-Reading of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits, double factor = 1) {
+Reading of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits,
+                     double factor = 1) {
   const Row* row = row_of(line, stage);
   if (row == nullptr || !is_ok(*row) || !row->contains("steps")) return "";
   std::string text;
   for (const Row& step : (*row)["steps"]) {
     const auto value = number_at(step, pointer);
-    text += fmt::format("{}{}", text.empty() ? "" : " / ", value ? fmt::format("{:.{}f}", *value * factor, digits) : "exact");
+    text += fmt::format("{}{}", text.empty() ? "" : " / ",
+                        value ? fmt::format("{:.{}f}", *value * factor, digits) : "exact");
   }
   return text;
 }
@@ -172,7 +187,8 @@ Reading status_text(const LineContext& line) {
   for (const auto& [stage, row] : line.rows) {
     any = any || row != nullptr;
     if (row == nullptr || is_ok(*row)) continue;
-    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", name_of(stage), row->value("status", ""));
+    text +=
+        fmt::format("{}{}: {}", text.empty() ? "" : "; ", name_of(stage), row->value("status", ""));
   }
   return !any ? "not measured" : text.empty() ? "ok" : text;
 }
@@ -181,7 +197,8 @@ Reading samples_text(const LineContext& line) {
   std::string text;
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr || !is_ok(*row)) continue;
-    text += fmt::format("{}{}", text.empty() ? "" : "/", number_at(*row, "/time/rounds").value_or(0));
+    text +=
+        fmt::format("{}{}", text.empty() ? "" : "/", number_at(*row, "/time/rounds").value_or(0));
   }
   return text;
 }
@@ -203,7 +220,8 @@ Reading gpu_bits(const LineContext& line) {
   return value ? reading_of(*value, 4) : "";
 }
 
-Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::* figure, int digits) {
+Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::*figure,
+                          int digits) {
   if (line.published == nullptr || !(line.published->*figure)) return "";
   return reading_of(*(line.published->*figure), digits);
 }
@@ -212,7 +230,8 @@ Reading ratio_to_published(const LineContext& line) {
   if (line.published == nullptr || !line.published->rate || *line.published->rate == 0) return "";
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr || !is_ok(*row)) continue;
-    if (const auto rate = number_at(*row, "/size/published_rate")) return reading_of(*rate / *line.published->rate, 3);
+    if (const auto rate = number_at(*row, "/size/published_rate"))
+      return reading_of(*rate / *line.published->rate, 3);
   }
   return "";
 }
@@ -224,17 +243,21 @@ std::span<const Metric> voxel_metrics() {
        "bytes of the whole file / bytes of the original in its stored type, in percent",
        [](L l) { return from_any(l, "/size/rate", 3); }},
       {"entropy_gap", "above entropy %",
-       "what operations and stop bits take above the empirical entropy of the codec's own contexts and alphabets, percent",
+       "what operations and stop bits take above the empirical entropy of the codec's own contexts "
+       "and alphabets, percent",
        [](L l) { return entropy_gap(l); }},
       {"bits_per_voxel", "bits/voxel", "bits of the whole file a voxel",
        [](L l) { return from_any(l, "/size/bits_per_voxel", 4); }},
-      {"gpu_bits_per_voxel", "GPU bits/voxel", "bits a voxel of all buffers that a GPU decodes a lossy codec's volume from",
-       gpu_bits},
+      {"gpu_bits_per_voxel", "GPU bits/voxel",
+       "bits a voxel of all buffers that a GPU decodes a lossy codec's volume from", gpu_bits},
       {"volume_psnr_db", "PSNR dB",
-       "of the decoded volume: 10 log10(peak^2 / mean squared error), peak 255 for u8, else the range of the original",
+       "of the decoded volume: 10 log10(peak^2 / mean squared error), peak 255 for u8, else the "
+       "range of the original",
        [](L l) { return error_of(l, "/error/psnr_db", "{:.2f}"); }},
-      {"time_steps", "steps", "time steps of a series", [](L l) { return from_any(l, "/dataset/time_steps", 0); }},
-      {"worst_step_psnr_db", "worst step PSNR dB", "of the time step of a series with the largest mean squared error, by the peak of the whole",
+      {"time_steps", "steps", "time steps of a series",
+       [](L l) { return from_any(l, "/dataset/time_steps", 0); }},
+      {"worst_step_psnr_db", "worst step PSNR dB",
+       "of the time step of a series with the largest mean squared error, by the peak of the whole",
        [](L l) { return error_of(l, "/error/worst_step_psnr_db", "{:.2f}"); }},
       {"edge_psnr_db", "edge PSNR dB", "the same over the 5 % of the voxels of steepest gradient",
        [](L l) { return error_of(l, "/error/edge_psnr_db", "{:.2f}"); }},
@@ -242,32 +265,43 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return error_of(l, "/error/largest_error", "{:.4g}"); }},
       {"mean_squared_error", "MSE", "mean squared error of the voxels",
        [](L l) { return error_of(l, "/error/mean_squared_error", "{:.4g}"); }},
-      {"edge_mean_squared_error", "edge MSE", "mean squared error of the 5 % of the voxels of steepest gradient",
+      {"edge_mean_squared_error", "edge MSE",
+       "mean squared error of the 5 % of the voxels of steepest gradient",
        [](L l) { return error_of(l, "/error/edge_mean_squared_error", "{:.4g}"); }},
-      {"relative_error_p99", "rel. error p99", "of f32: |error| / |voxel| that 99 % of the voxels other than 0 do not exceed",
+      {"relative_error_p99", "rel. error p99",
+       "of f32: |error| / |voxel| that 99 % of the voxels other than 0 do not exceed",
        [](L l) { return error_of(l, "/error/relative_error/p99", "{:.3g}"); }},
-      {"pareto", "front", "* where no other line of the data set has at most its bits and at least its PSNR",
+      {"pareto", "front",
+       "* where no other line of the data set has at most its bits and at least its PSNR",
        [](L l) { return Reading(l.on_front ? "*" : ""); }, false},
-      {"step_bits_per_voxel", "step bits/voxel", "bits of the file a voxel that each step of a progressive codec needs",
+      {"step_bits_per_voxel", "step bits/voxel",
+       "bits of the file a voxel that each step of a progressive codec needs",
        [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }, false},
       {"step_psnr_db", "step PSNR dB", "of the volume that each step decodes to",
        [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }, false},
       {"step_ms", "step ms", "median wall time of decoding each step",
        [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }, false},
       {"published_rate", "rate %",
-       "bytes by the accounting of the papers' tables / bytes of the original by the same, in percent",
+       "bytes by the accounting of the papers' tables / bytes of the original by the same, in "
+       "percent",
        [](L l) { return from_any(l, "/size/published_rate", 3); }},
       {"labels", "labels", "distinct labels of the volume, background included",
        [](L l) { return from_any(l, "/dataset/labels", 0); }},
-      {"original_labels", "labels of original", "distinct labels of the original, as its description states them",
+      {"original_labels", "labels of original",
+       "distinct labels of the original, as its description states them",
        [](L l) { return from_any(l, "/dataset/original_labels", 0); }},
       {"rate_gzip", "rate % gzip -6", "the whole file through gzip -6, in percent of the original",
-       [](L l) { return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3); }},
+       [](L l) {
+         return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3);
+       }},
       {"rate_xz", "rate % xz -6", "the whole file through xz -6, in percent of the original",
-       [](L l) { return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_xz", 3); }},
+       [](L l) {
+         return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_xz", 3);
+       }},
       {"published", "published %", "the rate that the publication states, in percent",
        [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }},
-      {"ratio", "ours/published", "published_rate measured here / rate published", ratio_to_published},
+      {"ratio", "ours/published", "published_rate measured here / rate published",
+       ratio_to_published},
       {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",
        [](L l) { return seconds(l, Stage::kEncode, "seconds", "{:.3g}"); }},
       {"encode_gb_per_s", "encode GB/s", "10^9 bytes of the original encoded a second of wall time",
@@ -277,7 +311,8 @@ std::span<const Metric> voxel_metrics() {
       {"encode_interval", "encode +-%",
        "half width of the 95 % interval of the median encoding time, in percent",
        [](L l) { return from_stage(l, Stage::kEncode, "/time/relative_interval", 1, 50); }},
-      {"encode_cpu_seconds", "encode CPU s", "median processor time of encoding, all threads together",
+      {"encode_cpu_seconds", "encode CPU s",
+       "median processor time of encoding, all threads together",
        [](L l) { return seconds(l, Stage::kEncode, "cpu_seconds", "{:.4f}"); }},
       {"decode_seconds", "decode s", "median wall time of opening and decoding into memory",
        [](L l) { return seconds(l, Stage::kDecode, "seconds", "{:.3g}"); }},
@@ -289,7 +324,8 @@ std::span<const Metric> voxel_metrics() {
        "half width of the 95 % interval of the median decoding time, in percent",
        [](L l) { return from_stage(l, Stage::kDecode, "/time/relative_interval", 1, 50); }},
       {"decode_whole_seconds", "decode s, whole",
-       "decode_seconds times voxels of the original / voxels decoded: what the whole volume would take",
+       "decode_seconds times voxels of the original / voxels decoded: what the whole volume would "
+       "take",
        [](L l) {
          const Reading part = seconds(l, Stage::kDecode, "seconds", "{}");
          return part.number ? of_whole(part, *row_of(l, Stage::kDecode)) : part;
@@ -298,29 +334,41 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return access_time(l, "uniform"); }},
       {"access_clustered_ns", "clustered ns", "median ns a voxel, points along rays, finest level",
        [](L l) { return access_time(l, "clustered"); }},
-      {"access_uniform_lod3_ns", "access ns, level 3", "median ns a voxel, uniform points, level of detail 3",
+      {"access_uniform_lod3_ns", "access ns, level 3",
+       "median ns a voxel, uniform points, level of detail 3",
        [](L l) { return access_time(l, "uniform", 3); }},
-      {"access_clustered_lod3_ns", "clustered ns, level 3", "median ns a voxel, points along rays, level of detail 3",
+      {"access_clustered_lod3_ns", "clustered ns, level 3",
+       "median ns a voxel, points along rays, level of detail 3",
        [](L l) { return access_time(l, "clustered", 3); }},
-      {"access_by", "access by", "what is decoded to answer a point: the voxel, or the brick it lies in (unless it is that of the point before)",
-       [](L l) { return from_stage(l, Stage::kRandomAccess, [](const Row& row) { return Reading(row.value("access_by", "")); }); }, false},
-      {"access_front", "front", "*: no other line of the data set is smaller and faster at uniform points",
+      {"access_by", "access by",
+       "what is decoded to answer a point: the voxel, or the brick it lies in (unless it is that "
+       "of the point before)",
+       [](L l) {
+         return from_stage(l, Stage::kRandomAccess,
+                           [](const Row& row) { return Reading(row.value("access_by", "")); });
+       },
+       false},
+      {"access_front", "front",
+       "*: no other line of the data set is smaller and faster at uniform points",
        [](L l) { return Reading(l.on_access_front ? "*" : ""); }, false},
       {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
        [](L l) { return access_time(l, "one-label"); }},
       {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
       {"bound_kept", "bound kept",
-       "yes or no: whether the largest error is at most the one that the codec's parameters promise; nothing where they promise none",
+       "yes or no: whether the largest error is at most the one that the codec's parameters "
+       "promise; nothing where they promise none",
        bound_text, false},
       {"peak_mib", "peak MiB",
        "largest resident memory while encoding or decoding, the mapped input included", peak_text},
       {"published_seconds", "published s",
        "the seconds that the publication states, on its machine and its volume",
        [](L l) { return published_reading(l, &PublishedFigure::seconds, 2); }},
-      {"published_gb_per_s", "published GB/s", "the GB/s that the publication states, on its machine",
+      {"published_gb_per_s", "published GB/s",
+       "the GB/s that the publication states, on its machine",
        [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }},
       {"samples", "n", "rounds measured, one number a stage", samples_text, false},
-      {"status", "status", "ok, the statuses of the stages that are not, or not measured", status_text, false},
+      {"status", "status", "ok, the statuses of the stages that are not, or not measured",
+       status_text, false},
   };
   return kMetrics;
 }

@@ -23,15 +23,18 @@ constexpr double kModelCheckFrames = 20;
 std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info) {
   if (cell.codec == kMemcpy) return "";
   const auto& traits = codecs::find_codec(cell.codec)->traits();
-  if (const auto accepted = codecs::accepts(traits, info); !accepted) return accepted.error().message;
+  if (const auto accepted = codecs::accepts(traits, info); !accepted)
+    return accepted.error().message;
   if (cell.stage == Stage::kRender) {
     const RenderChoice& choice = *cell.render;
     const bool labels = info.kind == volumes::VolumeKind::kLabels;
     if (!(labels ? traits.gpu_decodable : traits.gpu_scalars)) return "no decoder for the GPU";
     const gpu::CacheTraits& access = *gpu::find_cache(choice.access);
-    if (labels) return access.labels ? "" : fmt::format("{} serves scalar volumes alone", access.id);
+    if (labels)
+      return access.labels ? "" : fmt::format("{} serves scalar volumes alone", access.id);
     if (!access.scalars) return fmt::format("{} serves label volumes alone", access.id);
-    if (choice.shading != gpu::Shading::kLocal) return "scalar volumes are shaded by their gradients alone: local";
+    if (choice.shading != gpu::Shading::kLocal)
+      return "scalar volumes are shaded by their gradients alone: local";
     return "";
   }
   if (cell.stage != Stage::kRandomAccess) return "";
@@ -43,13 +46,15 @@ void expect_from_model(const Config& config, PlannedCell& planned) {
   const auto rounds = static_cast<double>(config.rounds);
   if (const auto& render = planned.cell.render) {
     const std::uint64_t pixels = std::uint64_t{render->width} * render->height;
-    const double frames =
-        kModelCheckFrames + (rounds + 1) * (render->frames * render->ao_samples + render->held_frames);
+    const double frames = kModelCheckFrames + (rounds + 1) * (render->frames * render->ao_samples +
+                                                              render->held_frames);
     planned.expected_seconds = 4 + frames * static_cast<double>(pixels) / kModelPixelsPerSecond;
     return;
   }
-  const double speed = planned.cell.codec == kMemcpy ? kModelMemcpyPerSecond : kModelVoxelsPerSecond;
-  const double pass = static_cast<double>(info.extent.voxels()) / (speed * planned.cell.threads.count);
+  const double speed =
+      planned.cell.codec == kMemcpy ? kModelMemcpyPerSecond : kModelVoxelsPerSecond;
+  const double pass =
+      static_cast<double>(info.extent.voxels()) / (speed * planned.cell.threads.count);
   planned.expected_seconds = planned.cell.stage == Stage::kRandomAccess
                                  ? 4 * pass + kModelAccessRound * rounds
                                  : (4 + rounds) * pass;
@@ -71,19 +76,20 @@ std::string_view name_of(Decision decision) {
   return "?";
 }
 
-std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter, const Places& places,
-                                    const std::vector<Row>& rows, bool redo) {
+std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
+                                    const Places& places, const std::vector<Row>& rows, bool redo) {
   const auto latest = latest_by(rows, "cell");
-  const MemoryForecast memory(rows, {static_cast<std::uint64_t>(config.memory_limit_gib * (1 << 30)), config.lods});
+  const MemoryForecast memory(
+      rows, {static_cast<std::uint64_t>(config.memory_limit_gib * (1 << 30)), config.lods});
   std::map<std::string, std::shared_ptr<const Location>> locations;
   std::vector<PlannedCell> plan;
   for (const Cell& cell : config.cells) {
     if (!filter.keeps(cell)) continue;
     PlannedCell planned;
     planned.cell = cell;
-    const std::string place =
-        fmt::format("{}|{}|{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
-                    cell.dataset->exchange_axes, cell.dataset->axes, cell.dataset->allow_external);
+    const std::string place = fmt::format(
+        "{}|{}|{}|{}|{}", cell.dataset->name, to_string(cell.dataset->generated_extent()),
+        cell.dataset->exchange_axes, cell.dataset->axes, cell.dataset->allow_external);
     auto& location = locations[place];
     if (!location) location = std::make_shared<Location>(locate(*cell.dataset, places));
     planned.location = location;

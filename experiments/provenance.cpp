@@ -50,9 +50,11 @@ std::string first_line_in(const char* path) {
   return line;
 }
 
-/// What vector code and bit manipulation may depend on, here and in the libraries, which choose at run time; names of /proc/cpuinfo.
-constexpr std::array kCpuFeatures{"sse4_2", "popcnt", "avx", "avx2", "fma", "f16c", "bmi1",
-                                  "bmi2", "avx512f", "avx512bw", "avx512vbmi", "asimd", "sve"};
+/// What vector code and bit manipulation may depend on, here and in the libraries, which choose at
+/// run time; names of /proc/cpuinfo.
+constexpr std::array kCpuFeatures{"sse4_2",     "popcnt", "avx",  "avx2",    "fma",
+                                  "f16c",       "bmi1",   "bmi2", "avx512f", "avx512bw",
+                                  "avx512vbmi", "asimd",  "sve"};
 
 const std::vector<std::string> kCompiledFeatures{
 #ifdef __SSE4_2__
@@ -97,7 +99,8 @@ const std::vector<std::string> kCompiledFeatures{
 };
 
 Row describe_cpu_features() {
-  std::istringstream words(value_in("/proc/cpuinfo", "flags", ':') + " " + value_in("/proc/cpuinfo", "Features", ':'));
+  std::istringstream words(value_in("/proc/cpuinfo", "flags", ':') + " " +
+                           value_in("/proc/cpuinfo", "Features", ':'));
   std::set<std::string> present;
   for (std::string word; words >> word;) present.insert(word);
   Row features{{"compiled", kCompiledFeatures}, {"present", Row::array()}};
@@ -109,7 +112,8 @@ Row describe_cpu_features() {
 
 /// "on", "off" or "unknown".
 std::string turbo() {
-  if (const std::string off = first_line_in("/sys/devices/system/cpu/intel_pstate/no_turbo"); !off.empty())
+  if (const std::string off = first_line_in("/sys/devices/system/cpu/intel_pstate/no_turbo");
+      !off.empty())
     return off == "0" ? "on" : "off";
   const std::string on = first_line_in("/sys/devices/system/cpu/cpufreq/boost");
   return on.empty() ? "unknown" : on == "0" ? "off" : "on";
@@ -119,8 +123,8 @@ std::string turbo() {
 std::string governors() {
   std::set<std::string> found;
   for (unsigned core = 0; core < std::thread::hardware_concurrency(); ++core) {
-    const std::string governor =
-        first_line_in(fmt::format("/sys/devices/system/cpu/cpu{}/cpufreq/scaling_governor", core).c_str());
+    const std::string governor = first_line_in(
+        fmt::format("/sys/devices/system/cpu/cpu{}/cpufreq/scaling_governor", core).c_str());
     if (!governor.empty()) found.insert(governor);
   }
   return or_unknown(fmt::format("{}", fmt::join(found, ", ")));
@@ -130,12 +134,16 @@ std::string governors() {
 std::string huge_pages() {
   const std::string choices = first_line_in("/sys/kernel/mm/transparent_hugepage/enabled");
   const std::size_t from = choices.find('['), to = choices.find(']');
-  return from == std::string::npos || to == std::string::npos ? "unknown" : choices.substr(from + 1, to - from - 1);
+  return from == std::string::npos || to == std::string::npos
+             ? "unknown"
+             : choices.substr(from + 1, to - from - 1);
 }
 
 }  // namespace
 
-std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
+std::string utc_now() {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+}
 
 std::uint64_t available_memory() { return meminfo("MemAvailable"); }
 
@@ -173,10 +181,11 @@ std::string what_times_depend_on(const Row& p) {
 
 std::string hardware_line(const Row& p) {
   const double gib = p.value("memory_bytes", 0.0) / (1 << 30);
-  return fmt::format("{}, {} cores, {:.0f} GiB, {}, {}; {} ({}), revision {}", p.value("cpu", "unknown CPU"),
-                     p.value("cores", 0), gib, p.value("kernel", "unknown kernel"),
-                     p.value("os", "unknown system"), p.value("compiler", "unknown compiler"),
-                     p.value("flags", ""), p.value("revision", "unknown"));
+  return fmt::format("{}, {} cores, {:.0f} GiB, {}, {}; {} ({}), revision {}",
+                     p.value("cpu", "unknown CPU"), p.value("cores", 0), gib,
+                     p.value("kernel", "unknown kernel"), p.value("os", "unknown system"),
+                     p.value("compiler", "unknown compiler"), p.value("flags", ""),
+                     p.value("revision", "unknown"));
 }
 
 }  // namespace cvr::experiments

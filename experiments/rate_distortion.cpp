@@ -15,7 +15,8 @@ namespace {
 /// A monotone piecewise cubic through points of ascending x.
 class Pchip {
  public:
-  Pchip(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)), slopes_(x_.size()) {
+  Pchip(std::vector<double> x, std::vector<double> y)
+      : x_(std::move(x)), y_(std::move(y)), slopes_(x_.size()) {
     const std::size_t last = x_.size() - 1;
     for (std::size_t i = 1; i < last; ++i) {
       const double before = secant(i - 1), after = secant(i);
@@ -41,10 +42,13 @@ class Pchip {
   double width(std::size_t i) const { return x_[i + 1] - x_[i]; }
   double secant(std::size_t i) const { return (y_[i + 1] - y_[i]) / width(i); }
 
-  static double end_slope(double near_width, double far_width, double near_secant, double far_secant) {
-    const double slope = ((2 * near_width + far_width) * near_secant - near_width * far_secant) / (near_width + far_width);
+  static double end_slope(double near_width, double far_width, double near_secant,
+                          double far_secant) {
+    const double slope = ((2 * near_width + far_width) * near_secant - near_width * far_secant) /
+                         (near_width + far_width);
     if (slope * near_secant <= 0) return 0;
-    if (near_secant * far_secant <= 0 && std::abs(slope) > 3 * std::abs(near_secant)) return 3 * near_secant;
+    if (near_secant * far_secant <= 0 && std::abs(slope) > 3 * std::abs(near_secant))
+      return 3 * near_secant;
     return slope;
   }
 
@@ -67,7 +71,9 @@ std::vector<RatePoint> curve_of(std::span<const RatePoint> points) {
     if (kept[i] && std::isfinite(points[i].psnr_db)) curve.push_back(points[i]);
   }
   std::ranges::sort(curve, {}, &RatePoint::bits_per_voxel);
-  const auto same_rate = [](const RatePoint& a, const RatePoint& b) { return a.bits_per_voxel == b.bits_per_voxel; };
+  const auto same_rate = [](const RatePoint& a, const RatePoint& b) {
+    return a.bits_per_voxel == b.bits_per_voxel;
+  };
   curve.erase(std::unique(curve.begin(), curve.end(), same_rate), curve.end());
   return curve;
 }
@@ -98,17 +104,20 @@ Expected<BdPsnr> bd_psnr(std::span<const RatePoint> reference, std::span<const R
   const std::vector<RatePoint> a = curve_of(reference), b = curve_of(tested);
   for (const auto& curve : {a, b}) {
     if (curve.size() < kLeastCurvePoints) {
-      return volumes::fail(ErrorCode::kBadArgument, fmt::format("expected curves of {} points or more, found one of {}",
-                                                                kLeastCurvePoints, curve.size()));
+      return volumes::fail(ErrorCode::kBadArgument,
+                           fmt::format("expected curves of {} points or more, found one of {}",
+                                       kLeastCurvePoints, curve.size()));
     }
   }
   const double least = std::max(a.front().bits_per_voxel, b.front().bits_per_voxel);
   const double largest = std::min(a.back().bits_per_voxel, b.back().bits_per_voxel);
   if (least >= largest) {
-    return volumes::fail(ErrorCode::kBadArgument,
-                         fmt::format("expected rates in common, found {:.4g} to {:.4g} and {:.4g} to {:.4g} bits/voxel",
-                                     a.front().bits_per_voxel, a.back().bits_per_voxel, b.front().bits_per_voxel,
-                                     b.back().bits_per_voxel));
+    return volumes::fail(
+        ErrorCode::kBadArgument,
+        fmt::format(
+            "expected rates in common, found {:.4g} to {:.4g} and {:.4g} to {:.4g} bits/voxel",
+            a.front().bits_per_voxel, a.back().bits_per_voxel, b.front().bits_per_voxel,
+            b.back().bits_per_voxel));
   }
   const double from = std::log10(least), to = std::log10(largest);
   const double difference = interpolate(b).integral(from, to) - interpolate(a).integral(from, to);

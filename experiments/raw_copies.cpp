@@ -34,7 +34,9 @@ constexpr std::size_t kBlock = std::size_t{4} << 20;  ///< bytes; a multiple of 
 
 using Stop = std::function<void()>;  ///< throws Interrupted when it is time
 
-std::string hash_text(std::string_view text) { return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size())); }
+std::string hash_text(std::string_view text) {
+  return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+}
 
 std::string read_text(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -43,7 +45,8 @@ std::string read_text(const std::string& path) {
   return std::move(text).str();
 }
 
-/// What a copy's file IDENTITY.raw.hash says: hash of the voxels, distinct labels, hash of the sidecar, and a hash of these three.
+/// What a copy's file IDENTITY.raw.hash says: hash of the voxels, distinct labels, hash of the
+/// sidecar, and a hash of these three.
 struct Record {
   std::string content, labels, sidecar;
 
@@ -57,15 +60,17 @@ std::optional<Record> read_record(const std::string& path) {
   const std::string text = read_text(path);
   std::istringstream words(text);
   Record record;
-  if (!(words >> record.content >> record.labels >> record.sidecar) || record.text() != text) return std::nullopt;
+  if (!(words >> record.content >> record.labels >> record.sidecar) || record.text() != text)
+    return std::nullopt;
   return record;
 }
 
-/// Calls `use` with the file piece by piece. It is read, not mapped: a mapped file that is cut meanwhile would end the run. False where
-/// it cannot be read to its end.
+/// Calls `use` with the file piece by piece. It is read, not mapped: a mapped file that is cut
+/// meanwhile would end the run. False where it cannot be read to its end.
 template <class Use>
 bool for_each_block(const std::string& path, std::uint64_t size, const Stop& stop, const Use& use) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             std::fclose);
   if (!file) return false;
   std::vector<std::byte> block(std::min<std::uint64_t>(kBlock, size));
   while (size > 0) {
@@ -80,10 +85,13 @@ bool for_each_block(const std::string& path, std::uint64_t size, const Stop& sto
 
 class Content {
  public:
-  explicit Content(const volumes::VolumeInfo& info) : info_(info), state_(XXH3_createState(), XXH3_freeState) {
+  explicit Content(const volumes::VolumeInfo& info)
+      : info_(info), state_(XXH3_createState(), XXH3_freeState) {
     XXH3_64bits_reset(state_.get());
   }
-  void add(std::span<const std::byte> voxels) { XXH3_64bits_update(state_.get(), voxels.data(), voxels.size()); }
+  void add(std::span<const std::byte> voxels) {
+    XXH3_64bits_update(state_.get(), voxels.data(), voxels.size());
+  }
   void count_labels(std::span<const std::byte> bytes) {
     if (info_.kind != volumes::VolumeKind::kLabels) return;
     volumes::with_label_type(info_.type, [&]<class T>() {
@@ -105,7 +113,8 @@ class Content {
 /// Another source, read until it is time to stop.
 class StoppableSource final : public volumes::VolumeSource {
  public:
-  StoppableSource(const volumes::VolumeSource& source, const Stop& stop) : source_(source), stop_(stop) {}
+  StoppableSource(const volumes::VolumeSource& source, const Stop& stop)
+      : source_(source), stop_(stop) {}
   const volumes::VolumeInfo& info() const override { return source_.info(); }
   void read(const volumes::Box& box, std::byte* out) const override {
     stop_();
@@ -131,10 +140,12 @@ class Copy {
   std::optional<RawCopy> find(const Stop& stop) const {
     const auto record = read_record(record_);
     std::error_code error;
-    if (!record || fs::file_size(path_, error) != location_.info.bytes() || error) return std::nullopt;
+    if (!record || fs::file_size(path_, error) != location_.info.bytes() || error)
+      return std::nullopt;
     if (hash_text(read_text(sidecar_)) != record->sidecar) return std::nullopt;
     Content content(location_.info);
-    const bool whole = for_each_block(path_, location_.info.bytes(), stop, [&](auto block) { content.add(block); });
+    const bool whole = for_each_block(path_, location_.info.bytes(), stop,
+                                      [&](auto block) { content.add(block); });
     if (!whole || content.hash() != record->content) return std::nullopt;
     return RawCopy{path_, record->content, std::stoull(record->labels)};
   }
@@ -147,8 +158,11 @@ class Copy {
       content.add(block);
       content.count_labels(block);
     });
-    if (!whole) throw OutputError(fmt::format("{}: cannot write: the file is shorter than what was written", path_));
-    const Record record{content.hash(), std::to_string(content.labels()), hash_text(read_text(sidecar_))};
+    if (!whole)
+      throw OutputError(
+          fmt::format("{}: cannot write: the file is shorter than what was written", path_));
+    const Record record{content.hash(), std::to_string(content.labels()),
+                        hash_text(read_text(sidecar_))};
     volumes::OutputFile out(record_);
     out.write(record.text());
     out.commit();
@@ -168,14 +182,17 @@ void remove_unfinished(const fs::path& cache, const std::string& own) {
   std::error_code error;
   for (const auto& file : fs::directory_iterator(cache, error)) {
     const std::string name = file.path().filename().string();
-    if (name.size() < kDigits || name.find(".raw", kDigits) != kDigits || name.find(".part") == std::string::npos) continue;
+    if (name.size() < kDigits || name.find(".raw", kDigits) != kDigits ||
+        name.find(".part") == std::string::npos)
+      continue;
     identities.insert(name.substr(0, kDigits));
     files.push_back(file.path());
   }
   for (const std::string& identity : identities) {
     std::optional<LockedFile> lock;
     try {
-      if (identity != own) lock.emplace((cache / (identity + ".lock")).string(), [] { return false; });
+      if (identity != own)
+        lock.emplace((cache / (identity + ".lock")).string(), [] { return false; });
     } catch (const std::runtime_error&) {
       continue;  // somebody is at it
     }
@@ -197,8 +214,9 @@ RawCopy materialise(const Location& location, const Places& places, unsigned thr
   std::error_code error;
   fs::create_directories(places.cache, error);
   if (error || !fs::is_directory(places.cache, error)) {
-    throw OutputError(fmt::format("{}: cannot write: the cache of raw copies (--cache DIR) is no folder that can be made{}{}",
-                                  places.cache, error ? ": " : "", error ? error.message() : ""));
+    throw OutputError(fmt::format(
+        "{}: cannot write: the cache of raw copies (--cache DIR) is no folder that can be made{}{}",
+        places.cache, error ? ": " : "", error ? error.message() : ""));
   }
   const LockedFile lock((fs::path(places.cache) / (location.identity + ".lock")).string(), [&stop] {
     stop();

@@ -1,9 +1,10 @@
-// Copies of raw voxels that worker processes map and so share: CACHE/IDENTITY.raw with its sidecar, and IDENTITY.raw.hash, which says
-// what both held when they were made.
+// Copies of raw voxels that worker processes map and so share: CACHE/IDENTITY.raw with its sidecar,
+// and IDENTITY.raw.hash, which says what both held when they were made.
 //
-// A copy is believed for what it holds, not for its name: each run hashes it before it is used, and makes it anew where voxels or
-// sidecar are other than they were. A copy appears under its name when it is whole; of several processes that need it one makes it
-// (CACHE/IDENTITY.lock) while the others wait.
+// A copy is believed for what it holds, not for its name: each run hashes it before it is used, and
+// makes it anew where voxels or sidecar are other than they were. A copy appears under its name
+// when it is whole; of several processes that need it one makes it (CACHE/IDENTITY.lock) while the
+// others wait.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +29,9 @@ class Interrupted : public std::runtime_error {
   Interrupted() : std::runtime_error("interrupted") {}
 };
 
-/// Makes the copy unless it is there and sound. `interrupted` is asked between pieces of a few MiB. Throws InputError where the volume
-/// cannot be read, OutputError where the copy cannot be written, Interrupted.
+/// Makes the copy unless it is there and sound. `interrupted` is asked between pieces of a few MiB.
+/// Throws InputError where the volume cannot be read, OutputError where the copy cannot be written,
+/// Interrupted.
 RawCopy materialise(const Location& location, const Places& places, unsigned threads,
                     const std::function<bool()>& interrupted = {});
 

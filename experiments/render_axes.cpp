@@ -15,8 +15,8 @@ namespace cvr::experiments {
 namespace {
 
 constexpr std::uint64_t kMostMib = std::uint64_t{1} << 20;
-constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536, kMostSteps = 15, kMostJumpFrames = 64,
-                        kMostHeldFrames = 1000;
+constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536,
+                        kMostSteps = 15, kMostJumpFrames = 64, kMostHeldFrames = 1000;
 
 std::vector<std::string> cache_ids() {
   std::vector<std::string> ids;
@@ -28,7 +28,8 @@ std::vector<std::string> cache_ids() {
 std::vector<std::string> cache_ids(volumes::VolumeKind kind) {
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& cache : gpu::all_caches()) {
-    if (kind == volumes::VolumeKind::kLabels ? cache.labels : cache.scalars) ids.emplace_back(cache.id);
+    if (kind == volumes::VolumeKind::kLabels ? cache.labels : cache.scalars)
+      ids.emplace_back(cache.id);
   }
   return ids;
 }
@@ -37,7 +38,8 @@ std::string read_cache(const YamlValue& value) {
   const std::string id = value.text("the id of an access mode");
   if (gpu::find_cache(id) == nullptr) {
     const auto ids = cache_ids();
-    value.expected(fmt::format("an access mode ({}){}", fmt::join(ids, ", "), did_you_mean(id, ids)));
+    value.expected(
+        fmt::format("an access mode ({}){}", fmt::join(ids, ", "), did_you_mean(id, ids)));
   }
   return id;
 }
@@ -47,7 +49,8 @@ gpu::Shading read_shading(const YamlValue& value) {
   for (const gpu::Shading shading : gpu::kShadings) names.emplace_back(gpu::name_of(shading));
   const std::string name = value.text("a shading");
   const auto shading = gpu::shading_from_name(name);
-  if (!shading) value.expected(fmt::format("one of {}{}", fmt::join(names, ", "), did_you_mean(name, names)));
+  if (!shading)
+    value.expected(fmt::format("one of {}{}", fmt::join(names, ", "), did_you_mean(name, names)));
   return *shading;
 }
 
@@ -64,9 +67,10 @@ std::vector<YamlValue::Field> RenderAxes::fields(const std::string& config_path)
        [this, folder](const YamlValue& v) {
          for (const YamlValue& one : v.list("scenes")) {
            try {
-             const std::string path = find_scene(one.text("the name of a scene, or of its file"), folder);
-             scenes_.push_back({one.text(), std::filesystem::absolute(path).string(), hash_of_file(path),
-                                load_scene(path)});
+             const std::string path =
+                 find_scene(one.text("the name of a scene, or of its file"), folder);
+             scenes_.push_back({one.text(), std::filesystem::absolute(path).string(),
+                                hash_of_file(path), load_scene(path)});
            } catch (const InputError& error) {
              one.reject(error.what());
            }
@@ -78,7 +82,8 @@ std::vector<YamlValue::Field> RenderAxes::fields(const std::string& config_path)
            every_cache_ = true;
            return;
          }
-         for (const YamlValue& one : v.list("access modes, or all")) caches_.push_back(read_cache(one));
+         for (const YamlValue& one : v.list("access modes, or all"))
+           caches_.push_back(read_cache(one));
        }},
       {"shadings",
        [this](const YamlValue& v) {
@@ -92,7 +97,8 @@ std::vector<YamlValue::Field> RenderAxes::fields(const std::string& config_path)
        }},
       {"lod_bias",
        [this](const YamlValue& v) {
-         for (const YamlValue& one : v.list_or_one("levels")) lod_bias_.push_back(one.number(-32, 32));
+         for (const YamlValue& one : v.list_or_one("levels"))
+           lod_bias_.push_back(one.number(-32, 32));
        }},
       {"ao_samples",
        [this](const YamlValue& v) {
@@ -119,8 +125,10 @@ std::vector<YamlValue::Field> RenderAxes::fields(const std::string& config_path)
          for (const YamlValue& one : v.list_or_one("numbers of progressive steps"))
            steps_.push_back(read_count(one, 0, kMostSteps));
        }},
-      {"jump_frames", [this](const YamlValue& v) { jump_frames_ = read_count(v, 1, kMostJumpFrames); }},
-      {"held_frames", [this](const YamlValue& v) { held_frames_ = read_count(v, 0, kMostHeldFrames); }},
+      {"jump_frames",
+       [this](const YamlValue& v) { jump_frames_ = read_count(v, 1, kMostJumpFrames); }},
+      {"held_frames",
+       [this](const YamlValue& v) { held_frames_ = read_count(v, 0, kMostHeldFrames); }},
       {"picture_error", [this](const YamlValue& v) { picture_error_ = v.integer(0, 1) == 1; }},
       {"keep_pictures", [this](const YamlValue& v) { keep_pictures_ = v.integer(0, 1) == 1; }}};
   std::vector<YamlValue::Field> noted;
@@ -135,15 +143,18 @@ std::vector<YamlValue::Field> RenderAxes::fields(const std::string& config_path)
 
 void RenderAxes::check(const YamlValue& block, bool renders) const {
   if (!renders && !given_.empty())
-    block.reject(
-        fmt::format("expected the stage render beside the key {}, found other stages alone", given_.front()));
+    block.reject(fmt::format(
+        "expected the stage render beside the key {}, found other stages alone", given_.front()));
   if (!renders) return;
-  if (scenes_.empty()) block.reject("expected the key scenes, which the stage render needs, found none");
-  if (caches_.empty() && !every_cache_) block.reject("expected the key caches, which the stage render needs, found none");
+  if (scenes_.empty())
+    block.reject("expected the key scenes, which the stage render needs, found none");
+  if (caches_.empty() && !every_cache_)
+    block.reject("expected the key caches, which the stage render needs, found none");
 }
 
-RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& access, gpu::Shading shading,
-                              std::uint64_t cache_mib, double lod_bias, std::uint32_t samples) const {
+RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& access,
+                              gpu::Shading shading, std::uint64_t cache_mib, double lod_bias,
+                              std::uint32_t samples) const {
   RenderChoice choice;
   choice.scene = scene.name;
   choice.scene_path = scene.path;
@@ -166,7 +177,8 @@ RenderChoice RenderAxes::make(const SceneChoice& scene, const std::string& acces
   return choice;
 }
 
-std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& parameters, volumes::VolumeKind kind,
+std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& parameters,
+                                              volumes::VolumeKind kind,
                                               const std::string& device) const {
   std::vector<RenderChoice> all;
   const auto own_brick = parameters.values().find("brick");
@@ -188,7 +200,8 @@ std::vector<RenderChoice> RenderAxes::choices(const codecs::Parameters& paramete
       for (const double bias : biases) {
         for (const std::uint32_t samples : ao_samples_) {
           for (const std::string& access : caches) {
-            for (const std::uint64_t mib : cache_mib_) add(make(scene, access, shading, mib, bias, samples));
+            for (const std::uint64_t mib : cache_mib_)
+              add(make(scene, access, shading, mib, bias, samples));
           }
         }
       }

@@ -15,13 +15,16 @@ namespace cvr::experiments {
 
 class RenderAxes {
  public:
-  /// Readers of the keys; this object outlives them. `config_path`: what paths of scenes are relative to.
+  /// Readers of the keys; this object outlives them. `config_path`: what paths of scenes are
+  /// relative to.
   std::vector<YamlValue::Field> fields(const std::string& config_path);
-  /// After all fields: with the render stage scenes and caches must be there, without it no key may be. Throws InputError.
+  /// After all fields: with the render stage scenes and caches must be there, without it no key may
+  /// be. Throws InputError.
   void check(const YamlValue& block, bool renders) const;
-  /// Scenes first, caches last. `parameters`: where the codec's own edge of a brick stands, if it has one. `kind`: of the volume, whose
-  /// access modes "all" means.
-  std::vector<RenderChoice> choices(const codecs::Parameters& parameters, volumes::VolumeKind kind, const std::string& device) const;
+  /// Scenes first, caches last. `parameters`: where the codec's own edge of a brick stands, if it
+  /// has one. `kind`: of the volume, whose access modes "all" means.
+  std::vector<RenderChoice> choices(const codecs::Parameters& parameters, volumes::VolumeKind kind,
+                                    const std::string& device) const;
 
  private:
   struct SceneChoice {

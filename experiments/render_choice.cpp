@@ -25,9 +25,11 @@ std::string cache_text(const RenderChoice& choice) {
 
 std::string RenderChoice::key() const {
   return fmt::format(
-      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={}{}{}{}{}", scene,
-      access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias, ao_samples, brick,
-      jump_frames, held_frames, picture_error ? 1 : 0, step ? fmt::format("|step={}", *step) : "", keep_pictures ? "|pictures=1" : "",
+      "{}|{}|{}|cache={}|{}x{}|frames={}|lod_bias={}|ao_samples={}|brick={}|jump={}|held={}|error={"
+      "}{}{}{}{}",
+      scene, access, gpu::name_of(shading), cache_text(*this), width, height, frames, lod_bias,
+      ao_samples, brick, jump_frames, held_frames, picture_error ? 1 : 0,
+      step ? fmt::format("|step={}", *step) : "", keep_pictures ? "|pictures=1" : "",
       path_parts > 0 ? fmt::format("|parts={}", path_parts) : "", count_path ? "" : "|count=0");
 }
 

@@ -16,7 +16,8 @@ namespace {
 using L = const LineContext&;
 using Pointer = Row::json_pointer;
 
-/// The value at a place of the row of the render stage through `read`; the row's status where it is not ok.
+/// The value at a place of the row of the render stage through `read`; the row's status where it is
+/// not ok.
 Reading from_render(L line, const char* pointer, const std::function<Reading(const Row&)>& read) {
   const auto found = line.rows.find(Stage::kRender);
   if (found == line.rows.end() || found->second == nullptr) return "";
@@ -37,15 +38,18 @@ Reading number(L line, const char* pointer, int digits, double factor = 1) {
 /// Four significant digits: frames take from microseconds to seconds.
 std::string milliseconds(const Row& value) { return fmt::format("{:.4g}", value.get<double>()); }
 
-/// Milliseconds of the frames of each round after the first; of a single round where there is but one.
+/// Milliseconds of the frames of each round after the first; of a single round where there is but
+/// one.
 std::vector<std::vector<double>> counted_rounds(const Row& frames) {
   auto rounds = frames.value("ms", std::vector<std::vector<double>>{});
   if (rounds.size() > 1) rounds.erase(rounds.begin());
   return rounds;
 }
 
-/// A statistic of "frames" or "held". `of_round`: the same of the frames of one round; each counted round is a repetition.
-Reading frame_time(L line, const char* series, const char* statistic, double (*of_round)(std::vector<double>)) {
+/// A statistic of "frames" or "held". `of_round`: the same of the frames of one round; each counted
+/// round is a repetition.
+Reading frame_time(L line, const char* series, const char* statistic,
+                   double (*of_round)(std::vector<double>)) {
   return from_render(line, series, [&](const Row& frames) -> Reading {
     if (!frames.contains(statistic)) return "";
     std::vector<double> repetitions;
@@ -74,7 +78,8 @@ Reading held_median(L line) {
   return from_render(line, "/held", [](const Row& held) -> Reading {
     if (!held.contains("median_ms")) return "";
     std::vector<double> repetitions;
-    for (const auto& ms : counted_rounds(held)) repetitions.insert(repetitions.end(), ms.begin(), ms.end());
+    for (const auto& ms : counted_rounds(held))
+      repetitions.insert(repetitions.end(), ms.begin(), ms.end());
     return timed({milliseconds(held["median_ms"]), held["median_ms"].get<double>()}, repetitions);
   });
 }
@@ -119,7 +124,8 @@ std::span<const Metric> render_metrics() {
        "mean device time of a frame over the camera path, which begins with an empty cache",
        [](L l) { return frame_time(l, "/frames", "mean_ms", mean_of_round); }},
       {"frame_whole_ms", "frame ms, whole",
-       "frame_ms times voxels of the original / voxels drawn: what the whole volume would take, slice by slice",
+       "frame_ms times voxels of the original / voxels drawn: what the whole volume would take, "
+       "slice by slice",
        [](L l) {
          const Reading part = frame_time(l, "/frames", "mean_ms", mean_of_round);
          return part.number ? of_whole(part, *l.rows.at(Stage::kRender)) : part;
@@ -131,7 +137,8 @@ std::span<const Metric> render_metrics() {
       {"frame_max_ms", "max ms", "the largest device time of a frame of the path",
        [](L l) { return frame_time(l, "/frames", "max_ms", quantile_of_round<100>); }},
       {"frame_wall_ms", "wall ms",
-       "mean wall time of a frame over the camera path, from the end of one wait for the device to the end of the next",
+       "mean wall time of a frame over the camera path, from the end of one wait for the device to "
+       "the end of the next",
        [](L l) { return timed(number(l, "/frames/wall/mean_ms", 3), {}); }},
       {"frame_p95_ms", "p95 ms", "95 % of the path's frames take at most this long",
        [](L l) { return frame_time(l, "/frames", "p95_ms", quantile_of_round<95>); }},
@@ -144,7 +151,8 @@ std::span<const Metric> render_metrics() {
        "median wall time of a frame as the program sees it: recording, submission, device, waiting",
        [](L l) { return timed(number(l, "/frames/host_median_ms", 2), {}); }},
       {"held_ms", "held ms",
-       "median device time of a frame of the scene's held view, drawn anew each time, with the cache filled",
+       "median device time of a frame of the scene's held view, drawn anew each time, with the "
+       "cache filled",
        held_median},
       {"held_mean_ms", "held mean ms", "mean device time of such a frame",
        [](L l) { return frame_time(l, "/held", "mean_ms", mean_of_round); }},
@@ -152,7 +160,8 @@ std::span<const Metric> render_metrics() {
        [](L l) { return frame_time(l, "/held", "p95_ms", quantile_of_round<95>); }},
       {"held_frames", "held frames", "frames of the held view a round",
        [](L l) { return number(l, "/held/count", 0); }},
-      {"held_incomplete", "held incomplete px", "most pixels of one of these frames that met a placeholder",
+      {"held_incomplete", "held incomplete px",
+       "most pixels of one of these frames that met a placeholder",
        [](L l) { return number(l, "/held/incomplete/largest", 0); }},
       {"held_cells_decoded", "held decoded",
        "labels decoded for one of these frames, in the marcher and for the cache",
@@ -163,9 +172,11 @@ std::span<const Metric> render_metrics() {
          return from_render(l, "/held/cache_complete", [](const Row& complete) {
            return complete.is_null() ? "" : complete.get<bool>() ? "all" : "part";
          });
-       }, false},
+       },
+       false},
       {"frame_held_ms", "path; held ms",
-       "mean device time of a frame over the camera path, which begins with an empty cache; median of a "
+       "mean device time of a frame over the camera path, which begins with an empty cache; median "
+       "of a "
        "frame of the held view "
        "with the cache filled",
        path_and_held, false},
@@ -181,7 +192,8 @@ std::span<const Metric> render_metrics() {
        "most frames of a view, from an empty cache, until its picture is exact",
        [](L l) { return number(l, "/exact_after_frames", 0); }},
       {"label_mismatches", "wrong px",
-       "pixels of three views whose label is not that of the reference and no near-tie; one fails the cell",
+       "pixels of three views whose label is not that of the reference and no near-tie; one fails "
+       "the cell",
        [](L l) { return number(l, "/verification/label_mismatches", 0); }},
       {"near_ties", "near-ties",
        "pixels whose label is that of the reference with the ray moved by 10^-4 voxels",
@@ -199,18 +211,27 @@ std::span<const Metric> render_metrics() {
        [](L l) { return number(l, "/picture_error/label_mismatches", 0); }},
       {"jump_psnr_db", "PSNR dB after a jump",
        "of each frame after the camera has jumped to a view that the cache has not seen",
-       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return psnr(f["psnr_db"]).text; }); }, false},
+       [](L l) {
+         return of_each_jump_frame(l, [](const Row& f) { return psnr(f["psnr_db"]).text; });
+       },
+       false},
       {"first_jump_psnr_db", "PSNR dB of the first frame", "of the first frame after such a jump",
        [](L l) { return from_render(l, "/jump/frames/0/psnr_db", psnr); }},
-      {"first_jump_label_errors", "wrong px of the first frame", "pixels with a wrong label in the first frame after such a jump",
+      {"first_jump_label_errors", "wrong px of the first frame",
+       "pixels with a wrong label in the first frame after such a jump",
        [](L l) { return number(l, "/jump/frames/0/label_mismatches", 0); }},
-      {"jump_label_errors", "wrong px after a jump", "pixels with a wrong label in each of these frames",
-       [](L l) { return of_each_jump_frame(l, [](const Row& f) { return f["label_mismatches"].dump(); }); }, false},
+      {"jump_label_errors", "wrong px after a jump",
+       "pixels with a wrong label in each of these frames",
+       [](L l) {
+         return of_each_jump_frame(l, [](const Row& f) { return f["label_mismatches"].dump(); });
+       },
+       false},
       {"jump_ms", "ms after a jump", "device time of each of these frames",
        [](L l) {
-         return of_each_jump_frame(l,
-                                   [](const Row& f) { return fmt::format("{:.3g}", f["ms"].get<double>()); });
-       }, false},
+         return of_each_jump_frame(
+             l, [](const Row& f) { return fmt::format("{:.3g}", f["ms"].get<double>()); });
+       },
+       false},
       {"gpu_mib", "GPU MiB", "device memory of encoding, cache, tables and images",
        [](L l) { return number(l, "/memory/gpu_bytes", 1, 1.0 / (1 << 20)); }},
       {"cells_read", "cells read", "labels asked for by the rays of the whole path",
@@ -221,23 +242,27 @@ std::span<const Metric> render_metrics() {
       {"bytes_touched", "MiB touched", "MiB of the encoding read for the whole path",
        [](L l) { return number(l, "/counters/words_touched", 2, 4.0 / (1 << 20)); }},
       {"needed_ratio", "decoded/needed",
-       "cells decoded for exact pictures of three views, each from an empty cache / different cells that "
+       "cells decoded for exact pictures of three views, each from an empty cache / different "
+       "cells that "
        "these views need",
        [](L l) { return number(l, "/needed/decoded_over_needed", 2); }},
-      {"start_s", "start s", "upload, compiling the kernels, and the scene's first pass", start_seconds},
+      {"start_s", "start s", "upload, compiling the kernels, and the scene's first pass",
+       start_seconds},
   };
   return kMetrics;
 }
 
 const Metric* published_beside(const Metric& metric) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kBeside{{{"frame_ms", "published_frame_ms"},
-                                                                                        {"frame_wall_ms", "published_frame_ms"},
-                                                                                        {"held_ms", "published_frame_ms"},
-                                                                                        {"frame_held_ms", "published_frame_ms"},
-                                                                                        {"published_rate", "published"},
-                                                                                        {"encode_seconds", "published_seconds"},
-                                                                                        {"encode_gb_per_s", "published_gb_per_s"}}};
-  const auto found = std::ranges::find(kBeside, metric.name, [](const auto& pair) { return pair.first; });
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kBeside{
+      {{"frame_ms", "published_frame_ms"},
+       {"frame_wall_ms", "published_frame_ms"},
+       {"held_ms", "published_frame_ms"},
+       {"frame_held_ms", "published_frame_ms"},
+       {"published_rate", "published"},
+       {"encode_seconds", "published_seconds"},
+       {"encode_gb_per_s", "published_gb_per_s"}}};
+  const auto found =
+      std::ranges::find(kBeside, metric.name, [](const auto& pair) { return pair.first; });
   return found == kBeside.end() ? nullptr : find_metric(found->second);
 }
 

@@ -38,7 +38,8 @@ Row describe(const std::vector<double>& samples) {
 void Measured::add(const std::vector<Sample>& samples) {
   for (const Sample& sample : samples) {
     auto at = std::ranges::find(series, sample.series, &Series::name);
-    if (at == series.end()) at = series.insert(series.end(), {sample.series, sample.count, {}, {}, {}});
+    if (at == series.end())
+      at = series.insert(series.end(), {sample.series, sample.count, {}, {}, {}});
     at->wall_seconds.push_back(sample.wall_seconds);
     at->cpu_seconds.push_back(sample.cpu_seconds);
     at->counts.push_back(sample.count);
@@ -100,18 +101,21 @@ std::string describe_end(const PlannedCell& planned, const Row& row) {
   const std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
   if (status != kOk) return fmt::format("{} ({})", text, row.at("reason").get<std::string>());
   if (row.contains("frames")) {
-    return fmt::format("{}, {:.4g} ms a frame, {} rounds", text, row["frames"]["mean_ms"].get<double>(),
-                       row["time"]["rounds"].get<int>());
+    return fmt::format("{}, {:.4g} ms a frame, {} rounds", text,
+                       row["frames"]["mean_ms"].get<double>(), row["time"]["rounds"].get<int>());
   }
   if (row["time"].contains("seconds")) {
-    return fmt::format("{}, {:.4g} s, {} rounds", text, row["time"]["seconds"]["median"].get<double>(),
+    return fmt::format("{}, {:.4g} s, {} rounds", text,
+                       row["time"]["seconds"]["median"].get<double>(),
                        row["time"]["rounds"].get<int>());
   }
   if (row["access"].empty()) return text;
-  return fmt::format("{}, {:.4g} ns a voxel", text, row["access"][0]["ns_per_voxel"]["median"].get<double>());
+  return fmt::format("{}, {:.4g} ns a voxel", text,
+                     row["access"][0]["ns_per_voxel"]["median"].get<double>());
 }
 
-void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop, Row& row) {
+void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop,
+               Row& row) {
   const volumes::VolumeInfo& info = planned.location->info;
   Row& time = row["time"];
   time["rounds"] = measured.rounds;
@@ -123,7 +127,8 @@ void add_times(const PlannedCell& planned, const Measured& measured, const std::
     time["cpu_seconds"] = describe(series.cpu_seconds);
     if (planned.cell.stage == Stage::kRender) {
       row["frames"] = describe_frames(measured);
-      if (const Row held = describe_held_frames(measured); !held.is_null()) row["held"].update(held);
+      if (const Row held = describe_held_frames(measured); !held.is_null())
+        row["held"].update(held);
       return;
     }
     const double median = time["seconds"]["median"].get<double>();
@@ -138,8 +143,10 @@ void add_times(const PlannedCell& planned, const Measured& measured, const std::
   for (const Measured::Series& series : measured.series) {
     const std::size_t slash = series.name.rfind('/');
     std::vector<double> ns, cpu_ns;
-    for (const double s : series.wall_seconds) ns.push_back(1e9 * s / static_cast<double>(series.count));
-    for (const double s : series.cpu_seconds) cpu_ns.push_back(1e9 * s / static_cast<double>(series.count));
+    for (const double s : series.wall_seconds)
+      ns.push_back(1e9 * s / static_cast<double>(series.count));
+    for (const double s : series.cpu_seconds)
+      cpu_ns.push_back(1e9 * s / static_cast<double>(series.count));
     Row entry;
     entry["points"] = series.name.substr(0, slash);
     entry["lod"] = std::stoi(series.name.substr(slash + 1));

@@ -33,10 +33,13 @@ struct Measured {
 Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& provenance,
               const std::string& config_hash, std::string_view status, const std::string& reason);
 
-/// One line on how a cell has ended, of its row: what it is, the status, and the reason or the most important time.
+/// One line on how a cell has ended, of its row: what it is, the status, and the reason or the most
+/// important time.
 std::string describe_end(const PlannedCell& planned, const Row& row);
 
-/// "time" and, for random access, "access", for the stage render "frames" and what "held" has of times.
-void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop, Row& row);
+/// "time" and, for random access, "access", for the stage render "frames" and what "held" has of
+/// times.
+void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop,
+               Row& row);
 
 }  // namespace cvr::experiments

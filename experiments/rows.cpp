@@ -19,11 +19,13 @@ constexpr std::size_t kQuoted = 40;  ///< bytes of a line that an error shows
 std::string missing_of(const Row& row) {
   if (!row.is_object()) return "a JSON object with cell, key and status";
   for (const char* key : {"cell", "key", "status"}) {
-    if (!row.contains(key) || !row[key].is_string()) return fmt::format("a JSON object with the text {}", key);
+    if (!row.contains(key) || !row[key].is_string())
+      return fmt::format("a JSON object with the text {}", key);
   }
   if (!is_status(row["status"].get_ref<const std::string&>()))
     return "a status of ok, failed, timeout, out-of-memory, unsupported or data-missing";
-  for (const char* key : {"dataset", "codec", "provenance", "size", "time", "memory", "render", "frames", "verification"}) {
+  for (const char* key : {"dataset", "codec", "provenance", "size", "time", "memory", "render",
+                          "frames", "verification"}) {
     if (row.contains(key) && !row[key].is_object()) return fmt::format("an object as {}", key);
   }
   for (const char* key : {"reason", "stage"}) {
@@ -35,7 +37,8 @@ std::string missing_of(const Row& row) {
 }  // namespace
 
 bool is_status(std::string_view text) {
-  static constexpr std::array kAll{kOk, kFailed, kTimeout, kOutOfMemory, kUnsupported, kDataMissing};
+  static constexpr std::array kAll{kOk,          kFailed,      kTimeout,
+                                   kOutOfMemory, kUnsupported, kDataMissing};
   return std::ranges::find(kAll, text) != kAll.end();
 }
 
@@ -50,8 +53,8 @@ std::vector<Row> load_rows(const std::string& path) {
   for_each_line(path, [&](std::size_t number, std::string_view line) {
     Row row = volumes::parse_json(line, path, number);
     if (const std::string missing = missing_of(row); !missing.empty()) {
-      throw volumes::InputError(fmt::format("{}:{}: expected a row ({}), found '{}'", path, number, missing,
-                                            volumes::printable(line.substr(0, kQuoted))));
+      throw volumes::InputError(fmt::format("{}:{}: expected a row ({}), found '{}'", path, number,
+                                            missing, volumes::printable(line.substr(0, kQuoted))));
     }
     rows.push_back(std::move(row));
   });

@@ -19,8 +19,8 @@ void make_folder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (error || !fs::is_directory(path))
-    throw volumes::OutputError(
-        fmt::format("{}: cannot write: {}", path, error ? error.message() : "there is a file of this name"));
+    throw volumes::OutputError(fmt::format(
+        "{}: cannot write: {}", path, error ? error.message() : "there is a file of this name"));
 }
 
 /// Removes the plain files of a folder whose whole name matches. What cannot be removed stays.
@@ -56,7 +56,8 @@ RunFolder::RunFolder(const std::string& out)
       scratch_((fs::path(out) / "scratch").string()),
       lock_(RunLock::take(out)),
       rows_(file("rows.jsonl")) {
-  for (const auto& [folder, endings] : {std::pair{"tables", "md|csv|tex"}, {"claims", "md|jsonl"}, {"pictures", "png"}})
+  for (const auto& [folder, endings] :
+       {std::pair{"tables", "md|csv|tex"}, {"claims", "md|jsonl"}, {"pictures", "png"}})
     remove_files(fs::path(out_) / folder, fmt::format(R"(.+\.({})\.part\d+)", endings));
   empty_scratch();
   make_folder(scratch_);
@@ -68,7 +69,9 @@ RunFolder::~RunFolder() {
   fs::remove(scratch_, ignored);  // unless somebody keeps other files there
 }
 
-std::string RunFolder::file(const std::string& name) const { return (fs::path(out_) / name).string(); }
+std::string RunFolder::file(const std::string& name) const {
+  return (fs::path(out_) / name).string();
+}
 
 void RunFolder::empty_scratch() const {
   remove_files(scratch_, R"([0-9a-f]{16}(-[0-9a-f]{16})?\.(cvr|picture|verified)(\.\d+)?)");

@@ -16,8 +16,8 @@
 #include "experiments/row_building.hpp"
 #include "experiments/run_folder.hpp"
 #include "experiments/samples.hpp"
-#include "experiments/worker_setup.hpp"
 #include "experiments/worker_process.hpp"
+#include "experiments/worker_setup.hpp"
 #include "gpu/vulkan/device.hpp"
 
 namespace cvr::experiments {
@@ -39,7 +39,7 @@ struct Side {
   Measured measured;
   double busy_seconds = 0;  ///< in rounds
   double check_seconds = 0;
-  std::size_t left_out = 0;  ///< rounds of the journal beyond the largest number
+  std::size_t left_out = 0;      ///< rounds of the journal beyond the largest number
   std::uint64_t peak_bytes = 0;  ///< of the rounds, as the worker tells; 0: it does not
 };
 
@@ -56,13 +56,17 @@ class Runner {
         options_(options),
         provenance_(describe_machine_and_build()),
         outputs_(make_outputs(options, provenance_)),
-        journal_(outputs_.front().folder->file("journal.jsonl"), origin(), options.redo || options.contenders.size() > 1),
+        journal_(outputs_.front().folder->file("journal.jsonl"), origin(),
+                 options.redo || options.contenders.size() > 1),
         cores_(std::max(1u, std::thread::hardware_concurrency())) {}
 
   RunSummary run() {
     auto rows = load_rows(outputs_.front().folder->file("rows.jsonl"));
-    for (const Row& row : rows) last_[row["cell"].get<std::string>()] = {row["status"].get<std::string>(), row.value("reason", "")};
-    rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(std::min(options_.ignored_rows, rows.size())));
+    for (const Row& row : rows)
+      last_[row["cell"].get<std::string>()] = {row["status"].get<std::string>(),
+                                               row.value("reason", "")};
+    rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(
+                                                std::min(options_.ignored_rows, rows.size())));
     const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
     summary_.total = plan.size();
     for (const PlannedCell& planned : plan) {
@@ -90,25 +94,30 @@ class Runner {
   /// The locks of all folders are held before anything is changed in one of them.
   static std::vector<Output> make_outputs(const RunOptions& options, const Row& provenance) {
     std::vector<std::shared_ptr<const RunLock>> locks;
-    for (const Contender& contender : options.contenders) locks.push_back(RunLock::take(contender.out));
+    for (const Contender& contender : options.contenders)
+      locks.push_back(RunLock::take(contender.out));
     std::vector<Output> outputs;
     for (const Contender& contender : options.contenders) {
       outputs.push_back({std::make_unique<RunFolder>(contender.out), provenance});
-      if (options.contenders.size() > 1) outputs.back().provenance["revision"] = revision_of(contender.program);
+      if (options.contenders.size() > 1)
+        outputs.back().provenance["revision"] = revision_of(contender.program);
     }
     return outputs;
   }
 
-  /// What rounds have in common that may be put together: machine and build, and what the configuration asks of a round.
+  /// What rounds have in common that may be put together: machine and build, and what the
+  /// configuration asks of a round.
   std::string origin() const {
-    const std::string text = fmt::format("{} seed {} lods {} memory {}", what_times_depend_on(provenance_), config_.seed,
-                                         fmt::join(config_.lods, ","), config_.memory_limit_gib);
+    const std::string text =
+        fmt::format("{} seed {} lods {} memory {}", what_times_depend_on(provenance_), config_.seed,
+                    fmt::join(config_.lods, ","), config_.memory_limit_gib);
     return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
   }
 
   /// A cell in the journal: rounds on other voxels are not its own.
   std::string in_journal(const PlannedCell& planned) const {
-    return fmt::format("{} {}", planned.id, copy_.content_hash.empty() ? "streamed" : copy_.content_hash);
+    return fmt::format("{} {}", planned.id,
+                       copy_.content_hash.empty() ? "streamed" : copy_.content_hash);
   }
 
   /// One clear end in place of a failed row a cell where nothing can draw. Throws gpu::DeviceError.
@@ -122,12 +131,14 @@ class Runner {
   bool interrupted() const { return options_.interrupted != nullptr && *options_.interrupted != 0; }
 
   void say(const std::string& text, bool cell_ended = false) const {
-    if (options_.progress) options_.progress({ended_, summary_.total, text, cell_ended, seconds_left()});
+    if (options_.progress)
+      options_.progress({ended_, summary_.total, text, cell_ended, seconds_left()});
   }
 
   double seconds_left() const {
     const double done = std::min(expected_done_, expected_seconds_);
-    return done > 0 ? (now_seconds() - begin_) * (expected_seconds_ - done) / done : expected_seconds_;
+    return done > 0 ? (now_seconds() - begin_) * (expected_seconds_ - done) / done
+                    : expected_seconds_;
   }
 
   /// The last contender's row ends the cell.
@@ -148,9 +159,11 @@ class Runner {
   void end_without_measurement(const PlannedCell& planned, std::string_view status,
                                const std::string& reason) {
     const auto last = last_.find(planned.id);
-    const bool known = !options_.redo && last != last_.end() && last->second == std::pair(std::string(status), reason);
+    const bool known = !options_.redo && last != last_.end() &&
+                       last->second == std::pair(std::string(status), reason);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const Row row = start_row(planned, copy_, outputs_[i].provenance, config_.hash, status, reason);
+      const Row row =
+          start_row(planned, copy_, outputs_[i].provenance, config_.hash, status, reason);
       if (!known) {
         write(planned, i, row);
       } else if (i + 1 == outputs_.size()) {
@@ -184,15 +197,18 @@ class Runner {
     say(fmt::format("{}: preparing {}", to_run.front()->cell.dataset->name,
                     to_string(to_run.front()->location->info.extent)));
     try {
-      copy_ = materialise(*to_run.front()->location, options_.places, cores_, [this] { return interrupted(); });
+      copy_ = materialise(*to_run.front()->location, options_.places, cores_,
+                          [this] { return interrupted(); });
     } catch (const Interrupted&) {
       return;
     } catch (const volumes::InputError& error) {
-      for (const PlannedCell* planned : to_run) end_without_measurement(*planned, kDataMissing, error.what());
+      for (const PlannedCell* planned : to_run)
+        end_without_measurement(*planned, kDataMissing, error.what());
       return;
     } catch (const volumes::OutputError& error) {
       summary_.environment_failures += to_run.size();
-      for (const PlannedCell* planned : to_run) end_without_measurement(*planned, kFailed, error.what());
+      for (const PlannedCell* planned : to_run)
+        end_without_measurement(*planned, kFailed, error.what());
       return;
     }
     for (const Stage stage : kStages) {
@@ -265,13 +281,14 @@ class Runner {
       const WorkerSpec spec = make_spec(config_, *one.planned, copy_, *outputs_[i].folder);
       const WorkerLimits limits = limits_of(config_, spec);
       const std::string& program = options_.contenders[i].program;
-      Side& side = one.sides.emplace_back(Side{i, std::make_unique<WorkerProcess>(program, limits), limits, {}, {}});
+      Side& side = one.sides.emplace_back(
+          Side{i, std::make_unique<WorkerProcess>(program, limits), limits, {}, {}});
       const double start = now_seconds();
       Row message;
       const auto outcome = ask(side, to_json_line(spec), message);
       side.check_seconds = now_seconds() - start;
-      if (outcome != WorkerProcess::Wait::kMessage || message["event"] != "ready" || !message.contains("parts") ||
-          !message["parts"].is_object()) {
+      if (outcome != WorkerProcess::Wait::kMessage || message["event"] != "ready" ||
+          !message.contains("parts") || !message["parts"].is_object()) {
         end_badly(one, side, outcome, message, "the check");
         return false;
       }
@@ -300,10 +317,13 @@ class Runner {
 
   /// A round of each side. False when the cell has ended and its rows are written.
   bool do_round(Active& one, std::mt19937_64& order) {
-    say(fmt::format("{}: round {}", one.planned->cell.describe(), one.sides.front().measured.rounds + 1));
+    say(fmt::format("{}: round {}", one.planned->cell.describe(),
+                    one.sides.front().measured.rounds + 1));
     const std::size_t first = one.sides.size() > 1 ? order() % one.sides.size() : 0;
-    // Two processes each at home on a core of its own would meet what else these cores do: both take the round on the same one.
-    if (one.sides.size() > 1 && one.planned->cell.threads.count == 1 && one.planned->cell.stage != Stage::kRender) {
+    // Two processes each at home on a core of its own would meet what else these cores do: both
+    // take the round on the same one.
+    if (one.sides.size() > 1 && one.planned->cell.threads.count == 1 &&
+        one.planned->cell.stage != Stage::kRender) {
       for (Side& side : one.sides) side.worker->move_to_core(one.sides.front().measured.rounds);
     }
     for (std::size_t i = 0; i < one.sides.size(); ++i) {
@@ -319,19 +339,22 @@ class Runner {
   }
 
   bool do_round_of(Active& one, Side& side) {
-    // A cell that has all its rounds from the journal makes one for the record of its memory, and no time comes of it.
+    // A cell that has all its rounds from the journal makes one for the record of its memory, and
+    // no time comes of it.
     const bool counts = one.sides.size() > 1 || reason_to_stop(side).empty();
     const double start = now_seconds();
     Row message;
     auto outcome = ask(side, "round\n", message);
     std::optional<std::vector<Sample>> samples;
-    if (outcome == WorkerProcess::Wait::kMessage && message["event"] == "round" && message.contains("samples"))
+    if (outcome == WorkerProcess::Wait::kMessage && message["event"] == "round" &&
+        message.contains("samples"))
       samples = samples_from(message["samples"]);
     if (!samples) {
       end_badly(one, side, outcome, message, fmt::format("round {}", side.measured.rounds + 1));
       return false;
     }
-    if (const auto peak = message.find("peak_bytes"); peak != message.end() && peak->is_number_unsigned())
+    if (const auto peak = message.find("peak_bytes");
+        peak != message.end() && peak->is_number_unsigned())
       side.peak_bytes = peak->get<std::uint64_t>();
     if (!counts) return true;
     const Round round{std::move(*samples), now_seconds() - start};
@@ -346,10 +369,14 @@ class Runner {
     if (rounds >= config_.rounds && side.measured.relative_interval() <= config_.target_interval)
       return "target interval reached";
     if (rounds >= config_.max_rounds) {
-      return fmt::format("largest number of rounds, the interval is wider than the target{}",
-                         side.left_out == 0 ? "" : fmt::format("; {} more of an interrupted run are left out", side.left_out));
+      return fmt::format(
+          "largest number of rounds, the interval is wider than the target{}",
+          side.left_out == 0
+              ? ""
+              : fmt::format("; {} more of an interrupted run are left out", side.left_out));
     }
-    if (side.busy_seconds >= config_.timeout_s) return fmt::format("time-out after {} rounds", rounds);
+    if (side.busy_seconds >= config_.timeout_s)
+      return fmt::format("time-out after {} rounds", rounds);
     return "";
   }
 
@@ -359,7 +386,8 @@ class Runner {
     write(planned, side.contender, row_of(planned, side, stop, end));
   }
 
-  Row row_of(const PlannedCell& planned, const Side& side, const std::string& stop, const WorkerEnd& end) const {
+  Row row_of(const PlannedCell& planned, const Side& side, const std::string& stop,
+             const WorkerEnd& end) const {
     const Row& provenance = outputs_[side.contender].provenance;
     try {
       Row row = start_row(planned, copy_, provenance, config_.hash, kOk, "");
@@ -373,16 +401,21 @@ class Runner {
       row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
       return row;
     } catch (const std::logic_error& error) {  // parts or series that are none
-      return start_row(planned, copy_, provenance, config_.hash, kFailed, fmt::format("gave answers that are none: {}", error.what()));
+      return start_row(planned, copy_, provenance, config_.hash, kFailed,
+                       fmt::format("gave answers that are none: {}", error.what()));
     } catch (const Row::exception& error) {
-      return start_row(planned, copy_, provenance, config_.hash, kFailed, fmt::format("gave answers that are none: {}", error.what()));
+      return start_row(planned, copy_, provenance, config_.hash, kFailed,
+                       fmt::format("gave answers that are none: {}", error.what()));
     }
   }
 
-  /// A row a contender for a cell that did not come to its end, unless the run was interrupted instead.
-  void end_badly(const Active& one, Side& side, WorkerProcess::Wait outcome, const Row& message, const std::string& when) {
+  /// A row a contender for a cell that did not come to its end, unless the run was interrupted
+  /// instead.
+  void end_badly(const Active& one, Side& side, WorkerProcess::Wait outcome, const Row& message,
+                 const std::string& when) {
     if (outcome == WorkerProcess::Wait::kInterrupted || interrupted()) return;
-    const CellFailure failure = end_and_explain(*side.worker, outcome, message, when, config_.timeout_s, side.limits);
+    const CellFailure failure =
+        end_and_explain(*side.worker, outcome, message, when, config_.timeout_s, side.limits);
     if (interrupted()) return;
     if (failure.environment) ++summary_.environment_failures;
     end_as(one, side, failure);
@@ -392,17 +425,20 @@ class Runner {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       const bool own = i == side.contender;
       write(*one.planned, i,
-            start_row(*one.planned, copy_, outputs_[i].provenance, config_.hash, own ? failure.status : std::string(kFailed),
+            start_row(*one.planned, copy_, outputs_[i].provenance, config_.hash,
+                      own ? failure.status : std::string(kFailed),
                       own ? failure.reason
-                          : fmt::format("not measured: the other program's cell has ended: {}", failure.reason)));
+                          : fmt::format("not measured: the other program's cell has ended: {}",
+                                        failure.reason)));
     }
   }
 
   const Config& config_;
   const RunOptions& options_;
   Row provenance_;
-  std::vector<Output> outputs_;                                      ///< one a contender
-  std::map<std::string, std::pair<std::string, std::string>> last_;  ///< status and reason of the last row of each cell
+  std::vector<Output> outputs_;  ///< one a contender
+  std::map<std::string, std::pair<std::string, std::string>>
+      last_;  ///< status and reason of the last row of each cell
   Journal journal_;
   unsigned cores_;
   RawCopy copy_;

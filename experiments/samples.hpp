@@ -1,4 +1,5 @@
-// The samples of a round as JSON, in the answers of workers and in the journal: [[series, wall seconds, CPU seconds, count], ...].
+// The samples of a round as JSON, in the answers of workers and in the journal: [[series, wall
+// seconds, CPU seconds, count], ...].
 #pragma once
 
 #include <optional>

@@ -21,13 +21,14 @@ namespace {
 constexpr double kFarthest = 1e6;          ///< coordinate in scene space
 constexpr std::uint64_t kMaxSide = 32768;  ///< pixels
 constexpr std::uint64_t kMostSliceSamples = 64;
-constexpr double kLeastSine = 1e-6;        ///< of the angle between view and up
+constexpr double kLeastSine = 1e-6;  ///< of the angle between view and up
 
 gpu::Vector3 read_vector(const YamlValue& value) {
   const auto axes = value.list("three numbers [x, y, z]");
   if (axes.size() != 3) value.expected("three numbers [x, y, z]");
   gpu::Vector3 vector;
-  for (std::size_t axis = 0; axis < 3; ++axis) vector[axis] = axes[axis].number(-kFarthest, kFarthest);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    vector[axis] = axes[axis].number(-kFarthest, kFarthest);
   return vector;
 }
 
@@ -43,7 +44,8 @@ std::array<std::uint8_t, 3> read_colour(const YamlValue& value) {
   const auto channels = value.list("three channels [r, g, b]");
   if (channels.size() != 3) value.expected("three channels [r, g, b]");
   std::array<std::uint8_t, 3> colour;
-  for (std::size_t i = 0; i < 3; ++i) colour[i] = static_cast<std::uint8_t>(channels[i].integer(0, 255));
+  for (std::size_t i = 0; i < 3; ++i)
+    colour[i] = static_cast<std::uint8_t>(channels[i].integer(0, 255));
   return colour;
 }
 
@@ -62,10 +64,11 @@ std::optional<std::string> fault_of(const gpu::Camera& camera) {
 
 gpu::Camera read_key(const YamlValue& value) {
   gpu::Camera camera;
-  value.fields({{"eye", [&](const YamlValue& v) { camera.eye = read_vector(v); }, true},
-                {"target", [&](const YamlValue& v) { camera.target = read_vector(v); }},
-                {"up", [&](const YamlValue& v) { camera.up = read_direction(v); }},
-                {"fov", [&](const YamlValue& v) { camera.vertical_fov_degrees = v.number(0.01, 179); }}});
+  value.fields(
+      {{"eye", [&](const YamlValue& v) { camera.eye = read_vector(v); }, true},
+       {"target", [&](const YamlValue& v) { camera.target = read_vector(v); }},
+       {"up", [&](const YamlValue& v) { camera.up = read_direction(v); }},
+       {"fov", [&](const YamlValue& v) { camera.vertical_fov_degrees = v.number(0.01, 179); }}});
   if (const auto fault = fault_of(camera)) value.reject(*fault);
   return camera;
 }
@@ -86,25 +89,28 @@ void read_labels(const YamlValue& value, gpu::MaterialRule& rule) {
 
 gpu::MaterialRule read_material(const YamlValue& value) {
   gpu::MaterialRule rule;
-  value.fields({{"labels", [&](const YamlValue& v) { read_labels(v, rule); }},
-                {"modulus", [&](const YamlValue& v) { rule.modulus = v.integer(1, UINT64_MAX); }},
-                {"remainder", [&](const YamlValue& v) { rule.remainder = v.integer(0, UINT64_MAX - 1); }},
-                {"opacity", [&](const YamlValue& v) { rule.opacity = v.number(0, 1); }},
-                {"colour", [&](const YamlValue& v) { rule.colour = read_colour(v); }}});
+  value.fields(
+      {{"labels", [&](const YamlValue& v) { read_labels(v, rule); }},
+       {"modulus", [&](const YamlValue& v) { rule.modulus = v.integer(1, UINT64_MAX); }},
+       {"remainder", [&](const YamlValue& v) { rule.remainder = v.integer(0, UINT64_MAX - 1); }},
+       {"opacity", [&](const YamlValue& v) { rule.opacity = v.number(0, 1); }},
+       {"colour", [&](const YamlValue& v) { rule.colour = read_colour(v); }}});
   if (rule.remainder >= rule.modulus) {
-    value.reject(
-        fmt::format("expected a remainder below the modulus {}, found {}", rule.modulus, rule.remainder));
+    value.reject(fmt::format("expected a remainder below the modulus {}, found {}", rule.modulus,
+                             rule.remainder));
   }
   return rule;
 }
 
 void read_transfer_point(const YamlValue& value, std::vector<gpu::TransferPoint>& points) {
   gpu::TransferPoint point;
-  value.fields({{"value", [&](const YamlValue& v) { point.value = v.number(0, 1); }, true},
-                {"colour", [&](const YamlValue& v) { point.colour = read_colour(v); }, true},
-                {"density", [&](const YamlValue& v) { point.density = v.number(0, kFarthest); }, true}});
+  value.fields(
+      {{"value", [&](const YamlValue& v) { point.value = v.number(0, 1); }, true},
+       {"colour", [&](const YamlValue& v) { point.colour = read_colour(v); }, true},
+       {"density", [&](const YamlValue& v) { point.density = v.number(0, kFarthest); }, true}});
   if (!points.empty() && point.value <= points.back().value)
-    value.reject(fmt::format("expected a value above that of the point before, {}, found {}", points.back().value, point.value));
+    value.reject(fmt::format("expected a value above that of the point before, {}, found {}",
+                             points.back().value, point.value));
   points.push_back(point);
 }
 
@@ -156,26 +162,33 @@ gpu::Scene load_scene(const std::string& path) {
        },
        true},
       {"frames",
-       [&](const YamlValue& v) { scene.frames = scene.path_frames = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
+       [&](const YamlValue& v) {
+         scene.frames = scene.path_frames = static_cast<std::uint32_t>(v.integer(1, 1000000));
+       }},
       {"held", [&](const YamlValue& v) { held = v; }},
       {"size", [&](const YamlValue& v) { read_size(v, scene); }},
       {"materials",
        [&](const YamlValue& v) {
-         for (const YamlValue& one : v.list("materials")) scene.materials.push_back(read_material(one));
+         for (const YamlValue& one : v.list("materials"))
+           scene.materials.push_back(read_material(one));
        }},
       {"transfer",
        [&](const YamlValue& v) {
          for (const YamlValue& one : v.list("points")) read_transfer_point(one, scene.transfer);
        }},
       {"slice_samples",
-       [&](const YamlValue& v) { scene.slice_samples = static_cast<std::uint32_t>(v.integer(1, kMostSliceSamples)); }},
+       [&](const YamlValue& v) {
+         scene.slice_samples = static_cast<std::uint32_t>(v.integer(1, kMostSliceSamples));
+       }},
       {"shading", [&](const YamlValue& v) { scene.shading = read_shading(v); }},
       {"light", [&](const YamlValue& v) { scene.light = read_direction(v); }},
       {"ambient", [&](const YamlValue& v) { scene.ambient = v.number(0, 1); }},
       {"ao_distance", [&](const YamlValue& v) { scene.ao_distance = v.number(1e-6, kFarthest); }},
       {"lod_bias", [&](const YamlValue& v) { scene.lod_bias = v.number(-32, 32); }},
       {"accumulate",
-       [&](const YamlValue& v) { scene.accumulate = static_cast<std::uint32_t>(v.integer(1, 1000000)); }},
+       [&](const YamlValue& v) {
+         scene.accumulate = static_cast<std::uint32_t>(v.integer(1, 1000000));
+       }},
       {"background", [&](const YamlValue& v) { scene.background = read_colour(v); }},
   });
   if (held) scene.held = static_cast<std::uint32_t>(held->integer(0, keys.size() - 1));
@@ -203,7 +216,8 @@ std::string find_scene(const std::string& name_or_path, const std::string& folde
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()), names.end());
   throw InputError(fmt::format("{}: expected a scene file or one of the scenes {}, found none{}",
-                               name_or_path, fmt::join(names, ", "), did_you_mean(name_or_path, names)));
+                               name_or_path, fmt::join(names, ", "),
+                               did_you_mean(name_or_path, names)));
 }
 
 }  // namespace cvr::experiments

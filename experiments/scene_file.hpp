@@ -24,7 +24,8 @@
 //   accumulate: 1              frames drawn of each camera and averaged
 //   background: [255, 255, 255]
 //
-// title, keys and materials or transfer are required. Anything else is an error with its line and column.
+// title, keys and materials or transfer are required. Anything else is an error with its line and
+// column.
 #pragma once
 
 #include <string>
@@ -36,8 +37,9 @@ namespace cvr::experiments {
 /// Reads a scene; its name is that of the file without the ending. Throws InputError.
 gpu::Scene load_scene(const std::string& path);
 
-/// The path of a scene: `name_or_path` if it names a file (a relative one from `folder`, "" being the current one), else
-/// configs/scenes/NAME.yaml below the first of project_folders() that has it. Throws InputError, naming the scenes that there are.
+/// The path of a scene: `name_or_path` if it names a file (a relative one from `folder`, "" being
+/// the current one), else configs/scenes/NAME.yaml below the first of project_folders() that has
+/// it. Throws InputError, naming the scenes that there are.
 std::string find_scene(const std::string& name_or_path, const std::string& folder = "");
 
 }  // namespace cvr::experiments

@@ -29,10 +29,10 @@ constexpr std::uint64_t kProgram = std::uint64_t{256} << 20;
 void limit_memory(const WorkerSpec& spec) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   if (spec.memory_limit == 0) return;
-  // RLIMIT_DATA counts private writable memory, which is what the limit is about; RLIMIT_AS bounds every
-  // other mapping too.
-  const std::uint64_t all =
-      spec.memory_limit + spec.location.info.bytes() + kProgram + (spec.threads + 2) * kReservedPerThread;
+  // RLIMIT_DATA counts private writable memory, which is what the limit is about; RLIMIT_AS bounds
+  // every other mapping too.
+  const std::uint64_t all = spec.memory_limit + spec.location.info.bytes() + kProgram +
+                            (spec.threads + 2) * kReservedPerThread;
   const rlimit data{spec.memory_limit, spec.memory_limit}, space{all, all};
   setrlimit(RLIMIT_DATA, &data);
   if (spec.stage == Stage::kRender) return;  // drivers reserve address space as they like
@@ -42,15 +42,15 @@ void limit_memory(const WorkerSpec& spec) {
 #endif
 }
 
-/// Starts the record of the largest resident memory anew, so that it tells of the timed rounds and not of the
-/// check.
+/// Starts the record of the largest resident memory anew, so that it tells of the timed rounds and
+/// not of the check.
 void reset_peak_memory() {
   std::ofstream clear("/proc/self/clear_refs");
   clear << "5" << std::flush;
 }
 
-/// The largest resident memory since the record began, in bytes; 0 where the system does not tell. What wait4 tells also counts the
-/// parent's memory at the time of the fork.
+/// The largest resident memory since the record began, in bytes; 0 where the system does not tell.
+/// What wait4 tells also counts the parent's memory at the time of the fork.
 std::uint64_t peak_memory() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -73,7 +73,9 @@ void break_on_purpose(const std::string& fault) {
 class Answers {
  public:
   /// Takes standard output for itself.
-  Answers() : descriptor_(fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)) { dup2(STDERR_FILENO, STDOUT_FILENO); }
+  Answers() : descriptor_(fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)) {
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+  }
   ~Answers() { close(descriptor_); }
   Answers(const Answers&) = delete;
   Answers& operator=(const Answers&) = delete;
@@ -93,8 +95,9 @@ class Answers {
 };
 
 void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers) {
-  const auto truth = spec.raw_path.empty() ? open_location(spec.location, spec.threads)
-                                           : volumes::open_volume(spec.raw_path, spec.location.info.kind);
+  const auto truth = spec.raw_path.empty()
+                         ? open_location(spec.location, spec.threads)
+                         : volumes::open_volume(spec.raw_path, spec.location.info.kind);
   break_on_purpose(spec.fault);
   const auto stage = make_stage_run(spec, *truth);
   const Row parts = stage->prepare();
@@ -102,15 +105,20 @@ void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers) {
   reset_peak_memory();
   answers.send({{"event", "ready"}, {"parts", parts}});
   for (std::string line; std::getline(in, line) && line == "round";)
-    answers.send({{"event", "round"}, {"samples", to_row(stage->round())}, {"peak_bytes", peak_memory()}});
+    answers.send(
+        {{"event", "round"}, {"samples", to_row(stage->round())}, {"peak_bytes", peak_memory()}});
 }
 
 }  // namespace
 
 int serve_worker(std::istream& in) {
   const Answers answers;
-  const auto failure = [&answers](std::string_view status, std::string_view reason, bool environment = false) {
-    answers.send({{"event", "failure"}, {"status", status}, {"reason", reason}, {"environment", environment}});
+  const auto failure = [&answers](std::string_view status, std::string_view reason,
+                                  bool environment = false) {
+    answers.send({{"event", "failure"},
+                  {"status", status},
+                  {"reason", reason},
+                  {"environment", environment}});
     return 1;
   };
   try {

@@ -48,14 +48,16 @@ void limit(int resource, std::uint64_t soft, std::uint64_t hard) {
   setrlimit(resource, &bounds);
 }
 
-[[noreturn]] void become_worker(const char* program, const WorkerLimits& limits, int in, int out, int complaints, pid_t parent) {
+[[noreturn]] void become_worker(const char* program, const WorkerLimits& limits, int in, int out,
+                                int complaints, pid_t parent) {
   // A parent that is killed takes its workers with it.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);
   setpgid(0, 0);
   std::signal(SIGPIPE, SIG_DFL);
   std::signal(SIGXFSZ, SIG_IGN);  // writing beyond the limit is an error of the write
-  // Who ends a run by sending these to all of its processes means its parent, which ends the workers.
+  // Who ends a run by sending these to all of its processes means its parent, which ends the
+  // workers.
   for (const int ignored : {SIGINT, SIGTERM, SIGHUP}) std::signal(ignored, SIG_IGN);
   limit(RLIMIT_CORE, 0, 0);
   if (limits.cpu_seconds > 0) limit(RLIMIT_CPU, limits.cpu_seconds, limits.cpu_seconds + 5);
@@ -94,7 +96,8 @@ std::string first_line_of(const std::string& program, const std::string& argumen
   const std::unique_ptr<std::FILE, decltype(close)> pipe(popen(command.c_str(), "r"), close);
   char line[512];
   if (!pipe || std::fgets(line, sizeof line, pipe.get()) == nullptr)
-    throw EnvironmentError(fmt::format("{} {}: expected a line of text, found none", program, argument));
+    throw EnvironmentError(
+        fmt::format("{} {}: expected a line of text, found none", program, argument));
   std::string text(line);
   if (!text.empty() && text.back() == '\n') text.pop_back();
   return text;
@@ -104,8 +107,11 @@ WorkerProcess::WorkerProcess(const std::string& program, const WorkerLimits& lim
   Pipe to, from, complaints;
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) become_worker(program.c_str(), limits, to.read_end, from.write_end, complaints.write_end, parent);
-  if (pid_ < 0) throw EnvironmentError(fmt::format("cannot start a worker process: {}", std::strerror(errno)));
+  if (pid_ == 0)
+    become_worker(program.c_str(), limits, to.read_end, from.write_end, complaints.write_end,
+                  parent);
+  if (pid_ < 0)
+    throw EnvironmentError(fmt::format("cannot start a worker process: {}", std::strerror(errno)));
   fcntl(complaints.read_end, F_SETFL, O_NONBLOCK);
   to_ = std::exchange(to.write_end, -1);
   from_ = std::exchange(from.read_end, -1);
@@ -147,7 +153,8 @@ WorkerProcess::Wait WorkerProcess::take_answer(std::size_t end, Row& message) {
   searched_ = 0;
   try {
     message = volumes::parse_json(line, "worker");
-    if (message.is_object() && message.contains("event") && message["event"].is_string()) return Wait::kMessage;
+    if (message.is_object() && message.contains("event") && message["event"].is_string())
+      return Wait::kMessage;
   } catch (const volumes::InputError&) {
     // As what is JSON but no answer.
   }
@@ -155,11 +162,13 @@ WorkerProcess::Wait WorkerProcess::take_answer(std::size_t end, Row& message) {
   return Wait::kNoAnswer;
 }
 
-WorkerProcess::Wait WorkerProcess::receive(double timeout_seconds, Row& message, const volatile std::sig_atomic_t* interrupted) {
+WorkerProcess::Wait WorkerProcess::receive(double timeout_seconds, Row& message,
+                                           const volatile std::sig_atomic_t* interrupted) {
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_seconds);
   std::vector<char> block(kBlock);
   for (bool late = false; true;) {
-    if (const std::size_t end = pending_.find('\n', searched_); end != std::string::npos) return take_answer(end, message);
+    if (const std::size_t end = pending_.find('\n', searched_); end != std::string::npos)
+      return take_answer(end, message);
     if (pending_.size() > kLongestAnswer) {
       said_ = volumes::printable(pending_.substr(0, kSaidBytes));
       return Wait::kNoAnswer;
@@ -190,7 +199,8 @@ void WorkerProcess::drain_complaints() {
     if (got == 0) close_if_open(complaints_from_);
     if (got <= 0) break;
     complaints_.append(block.data(), static_cast<std::size_t>(got));
-    if (complaints_.size() > kComplaintBytes) complaints_.erase(0, complaints_.size() - kComplaintBytes);
+    if (complaints_.size() > kComplaintBytes)
+      complaints_.erase(0, complaints_.size() - kComplaintBytes);
   }
 }
 
@@ -198,9 +208,10 @@ WorkerEnd WorkerProcess::finish(double grace_seconds) {
   close_if_open(to_);
   const auto deadline = Clock::now() + std::chrono::duration<double>(grace_seconds);
   siginfo_t ended{};
-  // The process is left to be waited for, so that its number, which is that of its group, is not taken by another.
-  while (waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0 &&
-         Clock::now() < deadline) {
+  // The process is left to be waited for, so that its number, which is that of its group, is not
+  // taken by another.
+  while (waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         ended.si_pid == 0 && Clock::now() < deadline) {
     drain_complaints();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

@@ -14,14 +14,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint64_t kLeastFile = std::uint64_t{16} << 20;  ///< bytes that a worker may write where the disk is nearly full
+constexpr std::uint64_t kLeastFile =
+    std::uint64_t{16} << 20;  ///< bytes that a worker may write where the disk is nearly full
 
 /// OUT/pictures/DATASET-CODEC-SCENE-ID, whatever characters the names have.
 std::string place_of_pictures(const PlannedCell& planned, const std::string& out) {
   std::string name = fmt::format("{}-{}-{}-{}", planned.cell.dataset->name, planned.cell.codec,
                                  fs::path(planned.cell.render->scene).stem().string(), planned.id);
   std::ranges::replace_if(
-      name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_' && c != '.'; }, '_');
+      name,
+      [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_' && c != '.'; },
+      '_');
   const fs::path folder = fs::path(out) / "pictures";
   fs::create_directories(folder);
   return fs::absolute(folder / name).string();
@@ -29,7 +32,8 @@ std::string place_of_pictures(const PlannedCell& planned, const std::string& out
 
 }  // namespace
 
-WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const RawCopy& copy, const RunFolder& folder) {
+WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const RawCopy& copy,
+                     const RunFolder& folder) {
   WorkerSpec spec;
   spec.location = *planned.location;
   spec.raw_path = copy.path;
@@ -43,7 +47,8 @@ WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const Raw
   spec.seed = config.seed;
   spec.lods = config.lods;
   spec.render = planned.cell.render;
-  if (spec.render && spec.render->keep_pictures) spec.pictures = place_of_pictures(planned, folder.path());
+  if (spec.render && spec.render->keep_pictures)
+    spec.pictures = place_of_pictures(planned, folder.path());
   if (config.test_fault && fnmatch(config.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
       fnmatch(config.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
     spec.fault = config.test_fault->fault;
@@ -53,7 +58,8 @@ WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const Raw
 
 WorkerLimits limits_of(const Config& config, const WorkerSpec& spec) {
   // The check, all rounds but the last, and the last, each by the time-out.
-  const double seconds = 3 * config.timeout_s * std::max(std::thread::hardware_concurrency(), spec.threads) + 10;
+  const double seconds =
+      3 * config.timeout_s * std::max(std::thread::hardware_concurrency(), spec.threads) + 10;
   std::error_code error;
   const fs::space_info disk = fs::space(spec.scratch, error);
   return {static_cast<std::uint64_t>(std::min(seconds, 1e9)),
@@ -63,7 +69,9 @@ WorkerLimits limits_of(const Config& config, const WorkerSpec& spec) {
 std::string revision_of(const std::string& program) {
   const std::string line = first_line_of(fs::canonical(program).string(), "--version");
   const std::size_t from = line.find('('), to = line.find(')');
-  return from == std::string::npos || to == std::string::npos ? line : line.substr(from + 1, to - from - 1);
+  return from == std::string::npos || to == std::string::npos
+             ? line
+             : line.substr(from + 1, to - from - 1);
 }
 
 }  // namespace cvr::experiments

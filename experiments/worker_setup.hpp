@@ -10,10 +10,11 @@
 namespace cvr::experiments {
 
 /// Makes the folder of kept pictures where the cell keeps some.
-WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const RawCopy& copy, const RunFolder& folder);
+WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const RawCopy& copy,
+                     const RunFolder& folder);
 
-/// Beyond what a sound cell can need: as much processor time as the whole machine gives until its parent would have ended it, and files
-/// of half the free disk.
+/// Beyond what a sound cell can need: as much processor time as the whole machine gives until its
+/// parent would have ended it, and files of half the free disk.
 WorkerLimits limits_of(const Config& config, const WorkerSpec& spec);
 
 /// What `PROGRAM --version` says in brackets. Throws EnvironmentError.

@@ -2,8 +2,8 @@
 
 namespace cvr::gpu {
 
-volumes::Expected<void> Allocations::make(DeviceBuffer& buffer, std::uint64_t bytes, const std::string& use,
-                                         Residency residency) {
+volumes::Expected<void> Allocations::make(DeviceBuffer& buffer, std::uint64_t bytes,
+                                          const std::string& use, Residency residency) {
   auto made = DeviceBuffer::make(device_, bytes, use, residency);
   if (!made) return tl::unexpected(made.error());
   buffer = std::move(*made);
@@ -11,7 +11,8 @@ volumes::Expected<void> Allocations::make(DeviceBuffer& buffer, std::uint64_t by
   return {};
 }
 
-volumes::Expected<void> Allocations::upload(std::span<codecs::GpuBuffer> pieces, std::uint64_t* addresses) {
+volumes::Expected<void> Allocations::upload(std::span<codecs::GpuBuffer> pieces,
+                                            std::uint64_t* addresses) {
   for (codecs::GpuBuffer& piece : pieces) {
     DeviceBuffer buffer;
     if (auto made = make(buffer, piece.bytes.size(), "encoding: " + piece.use); !made) return made;

@@ -1,4 +1,5 @@
-// The device memory of a renderer: buffers with what each is for, so that a table can say where memory goes.
+// The device memory of a renderer: buffers with what each is for, so that a table can say where
+// memory goes.
 #pragma once
 
 #include <span>
@@ -21,8 +22,8 @@ class Allocations {
   /// Makes `buffer` and notes it. Errors: see DeviceBuffer::make.
   volumes::Expected<void> make(DeviceBuffer& buffer, std::uint64_t bytes, const std::string& use,
                                Residency residency = Residency::kDevice);
-  /// Uploads a codec's buffers and keeps them; addresses[i] becomes that of the i-th. The pieces are empty afterwards, so that the host's
-  /// copies can go.
+  /// Uploads a codec's buffers and keeps them; addresses[i] becomes that of the i-th. The pieces
+  /// are empty afterwards, so that the host's copies can go.
   volumes::Expected<void> upload(std::span<codecs::GpuBuffer> pieces, std::uint64_t* addresses);
   const std::vector<MemoryUse>& uses() const { return uses_; }
 

@@ -17,8 +17,8 @@ using volumes::InputError;
 
 namespace {
 
-constexpr std::uint32_t kWindow = 8, kStride = 4;                 ///< of the structural similarity
-constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;            ///< its constants for values in [0, 1]
+constexpr std::uint32_t kWindow = 8, kStride = 4;       ///< of the structural similarity
+constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;  ///< its constants for values in [0, 1]
 constexpr double kRed = 0.2126, kGreen = 0.7152, kBlue = 0.0722;  ///< luma of ITU-R BT.709
 
 /// A channel as it is shown; what is no number counts as black.
@@ -70,8 +70,8 @@ double structural_similarity(const Image& a, const Image& b) {
 
 void require_same_size(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height) {
-    throw InputError(fmt::format("expected two images of the same size, found {}x{} and {}x{}", a.width,
-                                 a.height, b.width, b.height));
+    throw InputError(fmt::format("expected two images of the same size, found {}x{} and {}x{}",
+                                 a.width, a.height, b.width, b.height));
   }
 }
 
@@ -79,8 +79,9 @@ void require_same_size(const Image& a, const Image& b) {
 
 std::vector<std::uint8_t> Image::rgb8() const {
   std::vector<std::uint8_t> bytes(colour.size());
-  std::transform(colour.begin(), colour.end(), bytes.begin(),
-                 [](float value) { return static_cast<std::uint8_t>(std::lround(255 * shown(value))); });
+  std::transform(colour.begin(), colour.end(), bytes.begin(), [](float value) {
+    return static_cast<std::uint8_t>(std::lround(255 * shown(value)));
+  });
   return bytes;
 }
 
@@ -92,7 +93,8 @@ ImageDifference compare(const Image& a, const Image& b) {
   double squares = 0;
   for (std::size_t i = 0; i < a.colour.size(); ++i) {
     const bool known = std::isfinite(a.colour[i]) && std::isfinite(b.colour[i]);
-    const double raw = std::abs(static_cast<double>(a.colour[i]) - static_cast<double>(b.colour[i]));
+    const double raw =
+        std::abs(static_cast<double>(a.colour[i]) - static_cast<double>(b.colour[i]));
     difference.largest = std::max(difference.largest, known ? raw : 1.0);
     const double seen = known ? shown(a.colour[i]) - shown(b.colour[i]) : 1.0;
     squares += seen * seen;
@@ -107,7 +109,8 @@ std::vector<std::uint8_t> difference_rgb8(const Image& a, const Image& b, double
   require_same_size(a, b);
   std::vector<std::uint8_t> bytes(a.colour.size());
   std::ranges::transform(a.colour, b.colour, bytes.begin(), [gain](float x, float y) {
-    return static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, gain * std::abs(static_cast<double>(shown(x)) - shown(y)))));
+    return static_cast<std::uint8_t>(std::lround(
+        255 * std::min(1.0, gain * std::abs(static_cast<double>(shown(x)) - shown(y)))));
   });
   return bytes;
 }

@@ -24,12 +24,25 @@ using volumes::fail;
 constexpr std::uint64_t kLargestExtent = std::uint64_t{1} << 15;  ///< see shaders/render/ray.glsl
 constexpr std::uint32_t kLargestImage = 16384;
 constexpr std::uint32_t kTile = 8;
-constexpr unsigned kPatience = 6;   ///< frames without progress before a smaller part of the picture is tried
+constexpr unsigned kPatience =
+    6;  ///< frames without progress before a smaller part of the picture is tried
 
-constexpr std::array<const char*, CVR_COUNTERS> kCounterNames{
-    "rays",          "bricks_entered",  "cells_read",     "cells_decoded",  "chain_hops",        "words_touched",
-    "cache_hits",    "cache_misses",    "cache_ejections", "cache_losses",  "wrong_labels",      "empty_space_skips",
-    "empty_space_marks", "bricks_requested", "bricks_decoded", "placeholder_cells"};
+constexpr std::array<const char*, CVR_COUNTERS> kCounterNames{"rays",
+                                                              "bricks_entered",
+                                                              "cells_read",
+                                                              "cells_decoded",
+                                                              "chain_hops",
+                                                              "words_touched",
+                                                              "cache_hits",
+                                                              "cache_misses",
+                                                              "cache_ejections",
+                                                              "cache_losses",
+                                                              "wrong_labels",
+                                                              "empty_space_skips",
+                                                              "empty_space_marks",
+                                                              "bricks_requested",
+                                                              "bricks_decoded",
+                                                              "placeholder_cells"};
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -43,7 +56,8 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 }  // namespace
 
 struct Renderer::Impl {
-  Impl(Device& d, const codecs::GpuEncoding& e, const volumes::VolumeInfo& i, const RenderOptions& o)
+  Impl(Device& d, const codecs::GpuEncoding& e, const volumes::VolumeInfo& i,
+       const RenderOptions& o)
       : device(d),
         info(i),
         options(o),
@@ -91,15 +105,17 @@ Expected<void> Renderer::Impl::upload() {
     const char* use;
     uint64_t& address;
     Residency residency = Residency::kDevice;
-  } pieces[] = {{bricks, grid.voxels() * 4, "bricks", frame.bricks, Residency::kShared},
-                {colours, pixels * 16, "image", frame.colours},
-                {labels, pixels * 8, "label image", frame.labels},
-                {counters, CVR_COUNTERS * 8, "counters", frame.counters},
-                {suspended, device.limits().loop_iterations < UINT32_MAX ? pixels * CVR_PIXEL_STATE_BYTES : 0, "suspended rays",
-                 frame.suspended},
-                {status, CVR_STATUS_WORDS * 4, "status", frame.status, Residency::kShared}};
+  } pieces[] = {
+      {bricks, grid.voxels() * 4, "bricks", frame.bricks, Residency::kShared},
+      {colours, pixels * 16, "image", frame.colours},
+      {labels, pixels * 8, "label image", frame.labels},
+      {counters, CVR_COUNTERS * 8, "counters", frame.counters},
+      {suspended, device.limits().loop_iterations < UINT32_MAX ? pixels * CVR_PIXEL_STATE_BYTES : 0,
+       "suspended rays", frame.suspended},
+      {status, CVR_STATUS_WORDS * 4, "status", frame.status, Residency::kShared}};
   for (const auto& piece : pieces) {
-    if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use, piece.residency); !done) return done;
+    if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use, piece.residency); !done)
+      return done;
     piece.address = piece.buffer.address();
   }
   const std::vector<std::byte> zeros(std::max<std::size_t>(pixels * 16, 1));
@@ -111,10 +127,17 @@ Expected<void> Renderer::Impl::upload() {
 
 Expected<void> Renderer::Impl::make_kernels() {
   const std::uint64_t count = encoding.codes.size();
-  const std::uint64_t direct = encoding.codes.empty() ? 1 : std::uint64_t{encoding.codes.back()} + 1;
+  const std::uint64_t direct =
+      encoding.codes.empty() ? 1 : std::uint64_t{encoding.codes.back()} + 1;
   hashed = direct > std::max<std::uint64_t>(std::uint64_t{1} << 20, 8 * count);
   const CacheTraits* traits = find_cache(options.access);
-  const CacheSetting setting{device,       commands, encoding, info, grid, options.cache_bytes, decoder_text(device, encoding),
+  const CacheSetting setting{device,
+                             commands,
+                             encoding,
+                             info,
+                             grid,
+                             options.cache_bytes,
+                             decoder_text(device, encoding),
                              options.instrumented};
   auto made = traits->make(setting);
   if (!made) return tl::unexpected(made.error());
@@ -125,11 +148,13 @@ Expected<void> Renderer::Impl::make_kernels() {
   append_source(visible_source, setting.decoder);
   visible_source.texts.emplace_back("shaders/render/visibility.comp");
   visibility = std::make_unique<Kernel>(device, commands, visible_source);
-  KernelSource source = frame_kernel(fmt::format("march {} {} {}", encoding.decoder, options.access, name_of(options.shading)),
-                                     encoding, options.instrumented);
+  KernelSource source = frame_kernel(
+      fmt::format("march {} {} {}", encoding.decoder, options.access, name_of(options.shading)),
+      encoding, options.instrumented);
   if (hashed) source.definitions.emplace_back("CVR_MATERIALS_HASHED", "1");
   if (device.limits().loop_iterations < UINT32_MAX)
-    source.definitions.emplace_back("CVR_LOOP_LIMIT", fmt::format("{}u", device.limits().loop_iterations));
+    source.definitions.emplace_back("CVR_LOOP_LIMIT",
+                                    fmt::format("{}u", device.limits().loop_iterations));
   source.definitions.emplace_back("CVR_CELL_LOOPS", fmt::format("{}u", encoding.cell_loops));
   source.definitions.emplace_back("CVR_SHADING", std::to_string(static_cast<int>(options.shading)));
   cache->extend_kernel(source);
@@ -138,25 +163,35 @@ Expected<void> Renderer::Impl::make_kernels() {
   return {};
 }
 
-Expected<std::unique_ptr<Renderer>> Renderer::make(Device& device, const codecs::GpuEncoding& encoding,
-                                                   const volumes::VolumeInfo& info, const RenderOptions& options) {
+Expected<std::unique_ptr<Renderer>> Renderer::make(Device& device,
+                                                   const codecs::GpuEncoding& encoding,
+                                                   const volumes::VolumeInfo& info,
+                                                   const RenderOptions& options) {
   const CacheTraits* traits = find_cache(options.access);
-  if (traits == nullptr) return fail(ErrorCode::kBadArgument, fmt::format("no access mode '{}'", options.access));
+  if (traits == nullptr)
+    return fail(ErrorCode::kBadArgument, fmt::format("no access mode '{}'", options.access));
   if (traits->sized && options.cache_bytes < kLeastCacheBytes)
-    return fail(ErrorCode::kBadArgument, fmt::format("cache: expected at least 1 MiB, found {} bytes", options.cache_bytes));
-  if (std::max({info.extent.x, info.extent.y, info.extent.z}) > kLargestExtent)
-    return fail(ErrorCode::kUnsupported, fmt::format("volume {}: rays reach {} voxels along an axis at most",
-                                                     to_string(info.extent), kLargestExtent));
-  if (std::min(options.width, options.height) < 1 || std::max(options.width, options.height) > kLargestImage)
     return fail(ErrorCode::kBadArgument,
-                fmt::format("image: expected 1 to {} pixels a side, found {}x{}", kLargestImage, options.width, options.height));
+                fmt::format("cache: expected at least 1 MiB, found {} bytes", options.cache_bytes));
+  if (std::max({info.extent.x, info.extent.y, info.extent.z}) > kLargestExtent)
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("volume {}: rays reach {} voxels along an axis at most",
+                            to_string(info.extent), kLargestExtent));
+  if (std::min(options.width, options.height) < 1 ||
+      std::max(options.width, options.height) > kLargestImage)
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("image: expected 1 to {} pixels a side, found {}x{}", kLargestImage,
+                            options.width, options.height));
   if (const std::string reason = traits->refuses(encoding, device.limits()); !reason.empty())
     return fail(ErrorCode::kUnsupported, fmt::format("{}: {}", options.access, reason));
   auto impl = std::make_unique<Impl>(device, encoding, info, options);
-  const std::uint32_t tiles = (options.width + kTile - 1) / kTile * ((options.height + kTile - 1) / kTile);
+  const std::uint32_t tiles =
+      (options.width + kTile - 1) / kTile * ((options.height + kTile - 1) / kTile);
   if (tiles > device.limits().groups)
-    return fail(ErrorCode::kUnsupported, fmt::format("image {}x{}: its {} tiles exceed the device's maxComputeWorkGroupCount of {}",
-                                                     options.width, options.height, tiles, device.limits().groups));
+    return fail(
+        ErrorCode::kUnsupported,
+        fmt::format("image {}x{}: its {} tiles exceed the device's maxComputeWorkGroupCount of {}",
+                    options.width, options.height, tiles, device.limits().groups));
   const double before = now();
   if (auto ok = impl->upload(); !ok) return tl::unexpected(ok.error());
   const double uploaded = now();
@@ -171,7 +206,8 @@ Renderer::~Renderer() = default;
 Expected<void> Renderer::Impl::write_materials(const Scene& now_shown) {
   const auto rgba_of = [&](std::uint32_t code) {
     const Rgba m = now_shown.material(remap.empty() ? code : remap[code]);
-    return std::uint32_t{m.r} | std::uint32_t{m.g} << 8 | std::uint32_t{m.b} << 16 | std::uint32_t{m.a} << 24;
+    return std::uint32_t{m.r} | std::uint32_t{m.g} << 8 | std::uint32_t{m.b} << 16 |
+           std::uint32_t{m.a} << 24;
   };
   const auto keep = [&](std::span<const std::byte> table) -> Expected<void> {
     if (materials.bytes() < table.size() || frame.materials == 0) {
@@ -182,7 +218,8 @@ Expected<void> Renderer::Impl::write_materials(const Scene& now_shown) {
     return {};
   };
   if (!hashed) {
-    std::vector<std::uint32_t> table(encoding.codes.empty() ? 1 : std::size_t{encoding.codes.back()} + 1);
+    std::vector<std::uint32_t> table(
+        encoding.codes.empty() ? 1 : std::size_t{encoding.codes.back()} + 1);
     for (const std::uint32_t code : encoding.codes) table[code] = rgba_of(code);
     frame.material_slots = static_cast<std::uint32_t>(table.size());
     return keep(bytes_of(table));
@@ -228,8 +265,8 @@ Expected<std::vector<PassTime>> Renderer::set_scene(const Scene& scene) {
   my.cache->clear(my.commands, true);
   my.commands.pass("visibility");
   my.commands.fill(my.bricks, 0, my.bricks.bytes(), 0);
-  const std::uint64_t groups =
-      std::min<std::uint64_t>((my.grid.voxels() * my.encoding.brick + 63) / 64, my.device.limits().groups);
+  const std::uint64_t groups = std::min<std::uint64_t>(
+      (my.grid.voxels() * my.encoding.brick + 63) / 64, my.device.limits().groups);
   my.commands.dispatch(*my.visibility, static_cast<std::uint32_t>(groups));
   auto times = my.commands.submit();
   my.bricks.read(0, std::as_writable_bytes(std::span(my.visible)));
@@ -289,7 +326,8 @@ FrameResult Renderer::Impl::draw() {
   commands.fill(status, 0, status.bytes(), 0);
   cache->record(commands, frame.frame);
   commands.pass("render");
-  const std::uint32_t tiles = (options.width + kTile - 1) / kTile * ((options.height + kTile - 1) / kTile);
+  const std::uint32_t tiles =
+      (options.width + kTile - 1) / kTile * ((options.height + kTile - 1) / kTile);
   commands.dispatch(*march, tiles);
   result.passes = commands.submit();
   std::array<std::uint32_t, CVR_STATUS_WORDS> words{};
@@ -312,7 +350,8 @@ FrameResult Renderer::Impl::draw() {
   return result;
 }
 
-/// Drivers may translate a kernel at its first dispatch: a frame without pixels keeps that out of the first frame's time.
+/// Drivers may translate a kernel at its first dispatch: a frame without pixels keeps that out of
+/// the first frame's time.
 void Renderer::Impl::warm_up() {
   const double before = now();
   frame.focus_mask = 0;
@@ -335,7 +374,8 @@ FrameResult Renderer::render(const Camera& camera, bool restart) {
   return result;
 }
 
-/// Draws the pixels that are not done until none is left, or as long as there is progress; false if there is none.
+/// Draws the pixels that are not done until none is left, or as long as there is progress; false if
+/// there is none.
 bool Renderer::Impl::settle_part(std::uint32_t& frames, std::uint32_t& incomplete) {
   std::uint32_t least = UINT32_MAX;
   for (unsigned waited = 0; waited < kPatience; ++waited) {
@@ -360,7 +400,8 @@ Settled Renderer::settle(const Camera& camera, std::uint32_t samples) {
   my.describe_camera(camera);
   my.frame.restart = 1;
   Settled settled;
-  const std::uint32_t tiles = (my.options.width + kTile - 1) / kTile * ((my.options.height + kTile - 1) / kTile);
+  const std::uint32_t tiles =
+      (my.options.width + kTile - 1) / kTile * ((my.options.height + kTile - 1) / kTile);
   for (std::uint32_t sample = 1; sample <= samples; ++sample) {
     my.frame.samples = sample;
     std::uint32_t mask = 0;
@@ -397,7 +438,9 @@ Image Renderer::read_image() const {
     const float count = std::max(sums[4 * i + 3], 1.0f);
     for (std::size_t c = 0; c < 3; ++c) image.colour[3 * i + c] = sums[4 * i + c] / count;
     image.complete[i] = sums[4 * i + 3] > 0 ? 1 : 0;
-    image.labels[i] = codes[i] == UINT64_MAX ? kNoLabel : my.remap.empty() ? codes[i] : my.remap[codes[i]];
+    image.labels[i] = codes[i] == UINT64_MAX ? kNoLabel
+                      : my.remap.empty()     ? codes[i]
+                                             : my.remap[codes[i]];
   }
   return image;
 }
@@ -406,7 +449,8 @@ Counters Renderer::read_counters() const {
   std::array<std::uint64_t, CVR_COUNTERS> values{};
   impl_->counters.read(0, std::as_writable_bytes(std::span(values)));
   Counters counters;
-  for (std::size_t i = 0; i < values.size(); ++i) counters.emplace_back(kCounterNames[i], values[i]);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    counters.emplace_back(kCounterNames[i], values[i]);
   return counters;
 }
 

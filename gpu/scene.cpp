@@ -9,18 +9,21 @@ namespace {
 
 constexpr double kNarrowestFov = 0.01, kWidestFov = 179;  ///< a spline may overshoot its keys
 
-/// Between b and c, at u in [0, 1], with the keys before and after them (uniform Catmull-Rom spline).
+/// Between b and c, at u in [0, 1], with the keys before and after them (uniform Catmull-Rom
+/// spline).
 double spline(double a, double b, double c, double d, double u) {
   return b + 0.5 * u * ((c - a) + u * ((2 * a - 5 * b + 4 * c - d) + u * (3 * (b - c) + d - a)));
 }
 
 Vector3 spline(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d, double u) {
   Vector3 result;
-  for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = spline(a[axis], b[axis], c[axis], d[axis], u);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    result[axis] = spline(a[axis], b[axis], c[axis], d[axis], u);
   return result;
 }
 
-/// The key that continues the line from `inner` through `end`, so that a path of two keys is straight and even.
+/// The key that continues the line from `inner` through `end`, so that a path of two keys is
+/// straight and even.
 Camera beyond(const Camera& end, const Camera& inner) {
   const auto reflect = [](const Vector3& e, const Vector3& i) {
     return Vector3{2 * e[0] - i[0], 2 * e[1] - i[1], 2 * e[2] - i[2]};
@@ -40,10 +43,13 @@ std::uint64_t mix(std::uint64_t x) {
 /// Any hue, saturation 0.45 .. 0.85, value 0.7 .. 1.
 std::array<std::uint8_t, 3> label_colour(std::uint64_t label) {
   const std::uint64_t random = mix(label);
-  const auto part = [&](unsigned shift) { return static_cast<double>(random >> shift & 0xFFFF) / 65536.0; };
+  const auto part = [&](unsigned shift) {
+    return static_cast<double>(random >> shift & 0xFFFF) / 65536.0;
+  };
   const double hue = 6 * part(0), saturation = 0.45 + 0.4 * part(16), value = 0.7 + 0.3 * part(32);
   std::array<std::uint8_t, 3> colour;
-  constexpr std::array kShift{5.0, 3.0, 1.0};  // of red, green and blue on the circle of six sectors
+  constexpr std::array kShift{5.0, 3.0,
+                              1.0};  // of red, green and blue on the circle of six sectors
   for (std::size_t channel = 0; channel < 3; ++channel) {
     const double k = std::fmod(kShift[channel] + hue, 6.0);
     const double dip = std::clamp(std::min(k, 4 - k), 0.0, 1.0);
@@ -69,7 +75,8 @@ Camera CameraPath::at(double part) const {
   if (u == 1) return c;
   const Camera a = i > 0 ? keys_[i - 1] : beyond(b, c);
   const Camera d = i + 2 <= last ? keys_[i + 2] : beyond(c, b);
-  Camera camera{spline(a.eye, b.eye, c.eye, d.eye, u), spline(a.target, b.target, c.target, d.target, u),
+  Camera camera{spline(a.eye, b.eye, c.eye, d.eye, u),
+                spline(a.target, b.target, c.target, d.target, u),
                 spline(a.up, b.up, c.up, d.up, u),
                 spline(a.vertical_fov_degrees, b.vertical_fov_degrees, c.vertical_fov_degrees,
                        d.vertical_fov_degrees, u)};
@@ -96,10 +103,12 @@ std::optional<Shading> shading_from_name(std::string_view name) {
 }
 
 Camera Scene::camera(std::uint32_t n) const {
-  if (path_parts == 0 || frames >= path_frames) return path.at(frames > 1 ? static_cast<double>(n) / (frames - 1) : 0);
+  if (path_parts == 0 || frames >= path_frames)
+    return path.at(frames > 1 ? static_cast<double>(n) / (frames - 1) : 0);
   const std::uint32_t parts = std::min(path_parts, frames), each = (frames + parts - 1) / parts;
   const std::uint32_t last_start = path_frames - each, part = n / each;
-  const double start = parts > 1 ? std::floor(static_cast<double>(last_start) * part / (parts - 1)) : 0;
+  const double start =
+      parts > 1 ? std::floor(static_cast<double>(last_start) * part / (parts - 1)) : 0;
   return path.at((start + n % each) / (path_frames - 1));
 }
 

@@ -1,4 +1,5 @@
-// What is drawn: camera, materials, shading. Plain values; IMAGE.md says what each means. No Vulkan in here.
+// What is drawn: camera, materials, shading. Plain values; IMAGE.md says what each means. No Vulkan
+// in here.
 #pragma once
 
 #include <array>
@@ -24,7 +25,8 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
-/// A camera on its way: key frames, passed through at equal steps by Catmull-Rom splines of eye, target, up and field of view.
+/// A camera on its way: key frames, passed through at equal steps by Catmull-Rom splines of eye,
+/// target, up and field of view.
 class CameraPath {
  public:
   CameraPath() = default;
@@ -51,20 +53,22 @@ struct Rgba {
 };
 inline constexpr std::uint8_t kOpaque = 250;  ///< opacities from here on are surfaces
 
-/// Colour and opacity of labels: the first rule that fits a label counts; a label that none fits is invisible.
+/// Colour and opacity of labels: the first rule that fits a label counts; a label that none fits is
+/// invisible.
 struct MaterialRule {
   std::uint64_t first = 0, last = UINT64_MAX;  ///< labels, both included
   std::uint64_t modulus = 1, remainder = 0;    ///< only labels with label % modulus == remainder
   double opacity = 1;                          ///< 0 invisible .. 1
-  std::optional<std::array<std::uint8_t, 3>> colour;  ///< none: a bright colour derived from the label
+  std::optional<std::array<std::uint8_t, 3>>
+      colour;  ///< none: a bright colour derived from the label
   bool operator==(const MaterialRule&) const = default;
 };
 
 /// A point of a transfer function.
 struct TransferPoint {
-  double value = 0;                        ///< 0 .. 1 of the volume's value range; ascending from point to point
+  double value = 0;  ///< 0 .. 1 of the volume's value range; ascending from point to point
   std::array<std::uint8_t, 3> colour{};
-  double density = 0;                      ///< extinction a world unit, from 0
+  double density = 0;  ///< extinction a world unit, from 0
   bool operator==(const TransferPoint&) const = default;
 };
 
@@ -73,12 +77,13 @@ struct Scene {
   CameraPath path;
   std::uint32_t path_frames = 64;  ///< of the whole path
   std::uint32_t frames = 64;       ///< that are drawn
-  std::uint32_t path_parts = 0;    ///< 0: they are spread over the path; n: they are n evenly spaced parts of consecutive frames of it
-  std::uint32_t held = 0;     ///< number of the key where the camera stands still when a view is held
+  std::uint32_t path_parts =
+      0;  ///< 0: they are spread over the path; n: they are n evenly spaced parts of consecutive frames of it
+  std::uint32_t held = 0;  ///< number of the key where the camera stands still when a view is held
   std::uint32_t width = 640, height = 360;
-  std::vector<MaterialRule> materials;   ///< of label volumes
-  std::vector<TransferPoint> transfer;   ///< of scalar volumes
-  std::uint32_t slice_samples = 1;       ///< sample planes between two slices of a scalar volume
+  std::vector<MaterialRule> materials;  ///< of label volumes
+  std::vector<TransferPoint> transfer;  ///< of scalar volumes
+  std::uint32_t slice_samples = 1;      ///< sample planes between two slices of a scalar volume
   Shading shading = Shading::kLocal;
   Vector3 light{0.4, 0.8, 0.45};  ///< towards the light, in world space; need not have length 1
   double ambient = 0.35;          ///< 0 .. 1

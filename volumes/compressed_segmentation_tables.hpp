@@ -1,7 +1,8 @@
-// The two look-ups of the compressed_segmentation encoder: the labels of the block at hand, and the tables
-// written so far.
+// The two look-ups of the compressed_segmentation encoder: the labels of the block at hand, and the
+// tables written so far.
 //
-// Part of compressed_segmentation.cpp, in a file of its own for length. Neither allocates per block.
+// Part of compressed_segmentation.cpp, in a file of its own for length. Neither allocates per
+// block.
 #pragma once
 
 #include <algorithm>
@@ -19,9 +20,9 @@
 
 namespace cvr::volumes::segmentation {
 
-/// The distinct labels of a block in order of discovery. Few labels are searched one after another, many
-/// through a hash table whose slots are valid for one block only (their stamp says which), so that nothing is
-/// cleared or allocated per block.
+/// The distinct labels of a block in order of discovery. Few labels are searched one after another,
+/// many through a hash table whose slots are valid for one block only (their stamp says which), so
+/// that nothing is cleared or allocated per block.
 template <class W>
 class Palette {
  public:
@@ -56,20 +57,24 @@ class Palette {
     if constexpr (sizeof(W) == 4) {
       const __m256i wanted = _mm256_set1_epi32(static_cast<int>(label));
       for (std::uint32_t i = 0; i < size_; i += 8) {
-        const __m256i here = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels_.data() + i));
-        const auto hit =
-            static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(here, wanted))));
+        const __m256i here =
+            _mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels_.data() + i));
+        const auto hit = static_cast<unsigned>(
+            _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(here, wanted))));
         if (hit != 0)
-          return std::min<std::uint32_t>(size_, i + static_cast<std::uint32_t>(std::countr_zero(hit)));
+          return std::min<std::uint32_t>(size_,
+                                         i + static_cast<std::uint32_t>(std::countr_zero(hit)));
       }
     } else {
       const __m256i wanted = _mm256_set1_epi64x(static_cast<long long>(label));
       for (std::uint32_t i = 0; i < size_; i += 4) {
-        const __m256i here = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels_.data() + i));
-        const auto hit =
-            static_cast<unsigned>(_mm256_movemask_pd(_mm256_castsi256_pd(_mm256_cmpeq_epi64(here, wanted))));
+        const __m256i here =
+            _mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels_.data() + i));
+        const auto hit = static_cast<unsigned>(
+            _mm256_movemask_pd(_mm256_castsi256_pd(_mm256_cmpeq_epi64(here, wanted))));
         if (hit != 0)
-          return std::min<std::uint32_t>(size_, i + static_cast<std::uint32_t>(std::countr_zero(hit)));
+          return std::min<std::uint32_t>(size_,
+                                         i + static_cast<std::uint32_t>(std::countr_zero(hit)));
       }
     }
     return size_;
@@ -110,12 +115,13 @@ class TableIndex {
  public:
   TableIndex() : slots_(256) {}
 
-  /// The offset of an equal table in `channel`, or `here`, which is remembered as its place: the caller then
-  /// writes it there.
-  std::uint64_t find_or_add(const std::uint32_t* channel, const std::uint32_t* table, std::uint32_t words,
-                            std::uint64_t here) {
+  /// The offset of an equal table in `channel`, or `here`, which is remembered as its place: the
+  /// caller then writes it there.
+  std::uint64_t find_or_add(const std::uint32_t* channel, const std::uint32_t* table,
+                            std::uint32_t words, std::uint64_t here) {
     std::uint64_t hash = words;
-    for (std::uint32_t i = 0; i < words; ++i) hash = (std::rotl(hash, 23) ^ table[i]) * 0x9e3779b97f4a7c15u;
+    for (std::uint32_t i = 0; i < words; ++i)
+      hash = (std::rotl(hash, 23) ^ table[i]) * 0x9e3779b97f4a7c15u;
     hash ^= hash >> 32;
     const std::size_t mask = slots_.size() - 1;
     std::size_t at = hash & mask;

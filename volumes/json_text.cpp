@@ -21,11 +21,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// "DOCUMENT:LINE:COLUMN" of a byte.
-std::string place_of(std::string_view text, std::size_t at, const std::string& document, std::size_t line) {
+std::string place_of(std::string_view text, std::size_t at, const std::string& document,
+                     std::size_t line) {
   const std::string_view before = text.substr(0, std::min(at, text.size()));
   const auto lines = static_cast<std::size_t>(std::ranges::count(before, '\n'));
   const std::size_t newline = before.rfind('\n');
-  const std::size_t column = newline == std::string_view::npos ? before.size() + 1 : before.size() - newline;
+  const std::size_t column =
+      newline == std::string_view::npos ? before.size() + 1 : before.size() - newline;
   return fmt::format("{}:{}:{}", document, line + lines, column);
 }
 
@@ -33,7 +35,8 @@ std::string place_of(std::string_view text, std::size_t at, const std::string& d
 std::string reason_of(const Json::exception& error) {
   std::string reason = error.what();
   for (const std::string_view prefix : {"] ", "syntax error while parsing "}) {
-    if (const std::size_t at = reason.find(prefix); at != std::string::npos) reason.erase(0, at + prefix.size());
+    if (const std::size_t at = reason.find(prefix); at != std::string::npos)
+      reason.erase(0, at + prefix.size());
   }
   constexpr std::size_t kLongest = 200;
   return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + " ...";
@@ -61,10 +64,12 @@ std::size_t too_deep_at(std::string_view text, std::size_t max_depth) {
 
 }  // namespace
 
-Json parse_json(std::string_view text, const std::string& document, std::size_t line, std::size_t max_depth) {
+Json parse_json(std::string_view text, const std::string& document, std::size_t line,
+                std::size_t max_depth) {
   if (const std::size_t at = too_deep_at(text, max_depth); at != std::string_view::npos) {
-    throw InputError(fmt::format("{}: expected JSON of at most {} levels of lists and objects, found a deeper one",
-                                 place_of(text, at, document, line), max_depth));
+    throw InputError(fmt::format(
+        "{}: expected JSON of at most {} levels of lists and objects, found a deeper one",
+        place_of(text, at, document, line), max_depth));
   }
   // The parser does not say where a key stands; a line is place enough.
   const bool is_line = text.find('\n') == std::string_view::npos;
@@ -72,8 +77,10 @@ Json parse_json(std::string_view text, const std::string& document, std::size_t 
   const auto keys_once = [&](int, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::object_start) keys.emplace_back();
     if (event == Json::parse_event_t::object_end) keys.pop_back();
-    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(fmt::format("{}: expected each key once, found {} again", is_line ? fmt::format("{}:{}", document, line) : document,
+    if (event == Json::parse_event_t::key &&
+        !keys.back().insert(parsed.get<std::string>()).second) {
+      throw InputError(fmt::format("{}: expected each key once, found {} again",
+                                   is_line ? fmt::format("{}:{}", document, line) : document,
                                    parsed.dump(-1, ' ', true)));
     }
     return true;
@@ -82,17 +89,22 @@ Json parse_json(std::string_view text, const std::string& document, std::size_t 
     return Json::parse(text.begin(), text.end(), keys_once);
   } catch (const Json::parse_error& error) {
     const std::size_t at = error.byte == 0 ? 0 : error.byte - 1;
-    throw InputError(fmt::format("{}: expected JSON, found: {}", place_of(text, at, document, line), reason_of(error)));
+    throw InputError(fmt::format("{}: expected JSON, found: {}", place_of(text, at, document, line),
+                                 reason_of(error)));
   } catch (const Json::exception& error) {  // a number beyond a double's range
-    throw InputError(fmt::format("{}: expected JSON, found: {}", place_of(text, 0, document, line), reason_of(error)));
+    throw InputError(fmt::format("{}: expected JSON, found: {}", place_of(text, 0, document, line),
+                                 reason_of(error)));
   }
 }
 
 Json read_json_file(const std::string& path, std::size_t max_depth) {
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) throw InputError(fmt::format("{}: expected a JSON file, found a folder", path));
+  if (std::filesystem::is_directory(path, ignored))
+    throw InputError(fmt::format("{}: expected a JSON file, found a folder", path));
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(fmt::format("{}: expected a readable JSON file, found: {}", path, std::strerror(errno)));
+  if (!in)
+    throw InputError(
+        fmt::format("{}: expected a readable JSON file, found: {}", path, std::strerror(errno)));
   std::ostringstream text;
   text << in.rdbuf();
   return parse_json(text.view(), path, 1, max_depth);

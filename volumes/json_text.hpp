@@ -1,7 +1,9 @@
-// Strict reading of JSON that somebody else may have written: rows, journals, baselines, the `info` of a precomputed folder.
+// Strict reading of JSON that somebody else may have written: rows, journals, baselines, the `info`
+// of a precomputed folder.
 //
-// Stricter than JSON itself: nesting has a limit (a reader that goes down by recursion must not run out of stack), and a key may stand
-// only once in an object. Numbers that a double cannot hold and text that is not UTF-8 are errors as well.
+// Stricter than JSON itself: nesting has a limit (a reader that goes down by recursion must not run
+// out of stack), and a key may stand only once in an object. Numbers that a double cannot hold and
+// text that is not UTF-8 are errors as well.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +15,14 @@ namespace cvr::volumes {
 
 inline constexpr std::size_t kMaxJsonDepth = 64;  ///< levels of arrays and objects
 
-/// One JSON value and nothing behind it. `document` names the text in errors, `line` is the number of its first line there, so that
-/// a line of a file is named by its own number. Throws InputError "DOCUMENT:LINE:COLUMN: expected ..., found ..."; columns count
-/// bytes from 1.
-nlohmann::ordered_json parse_json(std::string_view text, const std::string& document, std::size_t line = 1,
-                                  std::size_t max_depth = kMaxJsonDepth);
+/// One JSON value and nothing behind it. `document` names the text in errors, `line` is the number
+/// of its first line there, so that a line of a file is named by its own number. Throws InputError
+/// "DOCUMENT:LINE:COLUMN: expected ..., found ..."; columns count bytes from 1.
+nlohmann::ordered_json parse_json(std::string_view text, const std::string& document,
+                                  std::size_t line = 1, std::size_t max_depth = kMaxJsonDepth);
 
 /// The value of a file. Throws InputError, also where the file cannot be read.
-nlohmann::ordered_json read_json_file(const std::string& path, std::size_t max_depth = kMaxJsonDepth);
+nlohmann::ordered_json read_json_file(const std::string& path,
+                                      std::size_t max_depth = kMaxJsonDepth);
 
 }  // namespace cvr::volumes

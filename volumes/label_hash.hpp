@@ -1,5 +1,6 @@
-// The hash of the tables that find labels. Labels come from outside, so every bit of them has to reach every bit of the hash: products
-// with a constant alone leave labels together that differ in their high bits, or are multiples of what the constant divides.
+// The hash of the tables that find labels. Labels come from outside, so every bit of them has to
+// reach every bit of the hash: products with a constant alone leave labels together that differ in
+// their high bits, or are multiples of what the constant divides.
 #pragma once
 
 #include <cstdint>

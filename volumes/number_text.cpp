@@ -31,9 +31,13 @@ std::optional<T> parse_whole(std::string_view text) {
 
 }  // namespace
 
-std::optional<std::uint64_t> parse_unsigned(std::string_view text) { return parse_whole<std::uint64_t>(text); }
+std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
+  return parse_whole<std::uint64_t>(text);
+}
 
-std::optional<std::int64_t> parse_signed(std::string_view text) { return parse_whole<std::int64_t>(text); }
+std::optional<std::int64_t> parse_signed(std::string_view text) {
+  return parse_whole<std::int64_t>(text);
+}
 
 std::optional<double> parse_real(std::string_view text) {
   const auto value = parse_whole<double>(text);
@@ -42,10 +46,12 @@ std::optional<double> parse_real(std::string_view text) {
 
 std::string found_number(std::string_view text) {
   constexpr std::size_t kLongest = 60;
-  const std::string shown = printable(text.substr(0, kLongest)) + (text.size() > kLongest ? "..." : "");
+  const std::string shown =
+      printable(text.substr(0, kLongest)) + (text.size() > kLongest ? "..." : "");
   if (text.empty()) return "found nothing";
   std::string hint;
-  if (has_leading_zero(text) && std::ranges::all_of(text.substr(1), is_digit)) hint = " (write it without leading zeros)";
+  if (has_leading_zero(text) && std::ranges::all_of(text.substr(1), is_digit))
+    hint = " (write it without leading zeros)";
   if (text.starts_with('+')) hint = " (write it without a plus)";
   return fmt::format("found '{}'{}", shown, hint);
 }

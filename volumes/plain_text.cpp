@@ -16,12 +16,16 @@ struct Character {
   std::size_t bytes = 0;  ///< 0: no UTF-8
 };
 
-/// The character at the beginning of a text that is not empty. Overlong forms, surrogates and codes beyond U+10FFFF are no UTF-8.
+/// The character at the beginning of a text that is not empty. Overlong forms, surrogates and codes
+/// beyond U+10FFFF are no UTF-8.
 Character first_character(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const std::uint8_t lead = byte(0);
   if (lead < 0x80) return {lead, 1};
-  const std::size_t bytes = lead >= 0xF0 && lead < 0xF8 ? 4 : lead >= 0xE0 && lead < 0xF0 ? 3 : lead >= 0xC2 && lead < 0xE0 ? 2 : 0;
+  const std::size_t bytes = lead >= 0xF0 && lead < 0xF8   ? 4
+                            : lead >= 0xE0 && lead < 0xF0 ? 3
+                            : lead >= 0xC2 && lead < 0xE0 ? 2
+                                                          : 0;
   if (bytes == 0 || text.size() < bytes) return {};
   std::uint32_t code = lead & (0x7Fu >> bytes);
   for (std::size_t i = 1; i < bytes; ++i) {
@@ -87,8 +91,8 @@ std::optional<std::size_t> unprintable_at(std::string_view text) {
 }
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
-  const auto nearest =
-      std::ranges::min_element(candidates, {}, [&](const std::string& c) { return edit_distance(word, c); });
+  const auto nearest = std::ranges::min_element(
+      candidates, {}, [&](const std::string& c) { return edit_distance(word, c); });
   const std::size_t allowed = word.size() <= 3 ? 1 : std::max<std::size_t>(2, word.size() / 3);
   if (nearest == candidates.end() || edit_distance(word, *nearest) > allowed) return "";
   return fmt::format(" (did you mean '{}'?)", *nearest);

@@ -16,7 +16,8 @@ class SlabPipe::Sink final : public SlabSink {
   std::uint64_t preferred_depth() const override { return pipe_.depth_; }
 
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override {
-    if (z0 != next_ || z1 <= z0 || z1 > pipe_.info_.extent.z) throw std::logic_error("slabs must ascend without gaps");
+    if (z0 != next_ || z1 <= z0 || z1 > pipe_.info_.extent.z)
+      throw std::logic_error("slabs must ascend without gaps");
     {
       std::unique_lock lock(pipe_.mutex_);
       pipe_.changed_.wait(lock, [this] { return pipe_.ready_.empty() || pipe_.cancelled_; });
@@ -49,12 +50,14 @@ class SlabPipe::Sink final : public SlabSink {
   std::uint64_t next_ = 0;
 };
 
-SlabPipe::SlabPipe(const VolumeInfo& info, std::string file, Producer produce, std::uint64_t slab_bytes)
+SlabPipe::SlabPipe(const VolumeInfo& info, std::string file, Producer produce,
+                   std::uint64_t slab_bytes)
     : info_(info),
       file_(std::move(file)),
       produce_(std::move(produce)),
       plane_bytes_(info.extent.x * info.extent.y * size_of(info.type)),
-      depth_(std::clamp<std::uint64_t>(slab_bytes / std::max<std::uint64_t>(plane_bytes_, 1), 1, info.extent.z)) {}
+      depth_(std::clamp<std::uint64_t>(slab_bytes / std::max<std::uint64_t>(plane_bytes_, 1), 1,
+                                       info.extent.z)) {}
 
 SlabPipe::~SlabPipe() { stop(); }
 
@@ -91,7 +94,8 @@ void SlabPipe::run() const {
   try {
     Sink sink(*this);
     result = produce_(sink);
-    if (result && !sink.whole()) result = fail(ErrorCode::kTruncated, "fewer planes than the volume has");
+    if (result && !sink.whole())
+      result = fail(ErrorCode::kTruncated, "fewer planes than the volume has");
   } catch (const Cancelled&) {
     // Nobody reads any more.
   } catch (...) {
@@ -109,9 +113,8 @@ void SlabPipe::run() const {
 /// Waits for the next slab and moves it into the window; the last one waits for the producer's end.
 void SlabPipe::take_next() const {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] {
-    return ended_ || (!ready_.empty() && ready_.front().z1 < info_.extent.z);
-  });
+  changed_.wait(
+      lock, [this] { return ended_ || (!ready_.empty() && ready_.front().z1 < info_.extent.z); });
   if (thrown_) std::rethrow_exception(thrown_);
   if (!result_) {
     if (result_.error().code == ErrorCode::kOutOfMemory) throw std::bad_alloc();
@@ -143,7 +146,8 @@ void SlabPipe::read(const Box& box, std::byte* out) const {
         continue;
       }
       for (std::uint64_t y = 0; y < box.size.y; ++y) {
-        std::memcpy(to + y * row, plane + (box.origin.x + info_.extent.x * (box.origin.y + y)) * voxel, row);
+        std::memcpy(to + y * row,
+                    plane + (box.origin.x + info_.extent.x * (box.origin.y + y)) * voxel, row);
       }
     }
   }

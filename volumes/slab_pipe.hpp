@@ -1,8 +1,11 @@
-// From decoders, which push slabs into a SlabSink, to writers, which pull boxes from a VolumeSource, without the whole volume in memory.
+// From decoders, which push slabs into a SlabSink, to writers, which pull boxes from a
+// VolumeSource, without the whole volume in memory.
 //
-// The producer runs in a thread of its own. What it delivers waits in the pipe until a box asks for it: the planes of the box that was
-// read last, one slab more at most, which the producer is filling or has filled, and the memory of a slab that was read. Boxes in ascending z, as writers and encoders read
-// them, take one pass; a box above the planes that are still there starts the producer anew.
+// The producer runs in a thread of its own. What it delivers waits in the pipe until a box asks for
+// it: the planes of the box that was read last, one slab more at most, which the producer is
+// filling or has filled, and the memory of a slab that was read. Boxes in ascending z, as writers
+// and encoders read them, take one pass; a box above the planes that are still there starts the
+// producer anew.
 #pragma once
 
 #include <condition_variable>
@@ -21,21 +24,24 @@ namespace cvr::volumes {
 
 class SlabPipe final : public VolumeSource {
  public:
-  /// Delivers the whole volume `info` to the sink in slabs of ascending z; every call delivers the same. Called in another thread, by one
-  /// at a time. What it throws, and exceptions that come from the sink, must pass through it.
+  /// Delivers the whole volume `info` to the sink in slabs of ascending z; every call delivers the
+  /// same. Called in another thread, by one at a time. What it throws, and exceptions that come
+  /// from the sink, must pass through it.
   using Producer = std::function<Expected<void>(SlabSink&)>;
 
-  /// `file` is what the producer reads, and begins the messages of its errors; slabs take about `slab_bytes` where the producer can cut
-  /// them so small.
-  SlabPipe(const VolumeInfo& info, std::string file, Producer produce, std::uint64_t slab_bytes = std::uint64_t{32} << 20);
+  /// `file` is what the producer reads, and begins the messages of its errors; slabs take about
+  /// `slab_bytes` where the producer can cut them so small.
+  SlabPipe(const VolumeInfo& info, std::string file, Producer produce,
+           std::uint64_t slab_bytes = std::uint64_t{32} << 20);
   /// Stops the producer at its next slab and waits for it.
   ~SlabPipe() override;
   SlabPipe(const SlabPipe&) = delete;
   SlabPipe& operator=(const SlabPipe&) = delete;
 
   const VolumeInfo& info() const override { return info_; }
-  /// Throws InputError "FILE: message" for an error of the producer, std::bad_alloc for kOutOfMemory, and what the producer throws. The
-  /// last plane is handed out only after the producer has ended well, so whoever has read it has a whole volume.
+  /// Throws InputError "FILE: message" for an error of the producer, std::bad_alloc for
+  /// kOutOfMemory, and what the producer throws. The last plane is handed out only after the
+  /// producer has ended well, so whoever has read it has a whole volume.
   void read(const Box& box, std::byte* out) const override;
   std::vector<std::string> files() const override { return {file_}; }
   /// How often the producer was started.
@@ -62,8 +68,9 @@ class SlabPipe final : public VolumeSource {
   std::uint64_t plane_bytes_, depth_;
 
   // The reader's own.
-  mutable std::deque<Slab> window_;        ///< ascending, without gaps
-  mutable std::uint64_t window_begin_ = 0;  ///< the first plane that no pass has delivered and dropped
+  mutable std::deque<Slab> window_;  ///< ascending, without gaps
+  mutable std::uint64_t window_begin_ =
+      0;  ///< the first plane that no pass has delivered and dropped
   mutable unsigned passes_ = 0;
   mutable std::thread thread_;
 

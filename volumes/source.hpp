@@ -1,6 +1,8 @@
-// The two doors through which voxels pass: a VolumeSource is read by encoders, a SlabSink is written by decoders.
+// The two doors through which voxels pass: a VolumeSource is read by encoders, a SlabSink is
+// written by decoders.
 //
-// Neither needs a whole volume in memory: encoders draw slabs of whole xy planes, decoders deliver such slabs in ascending z.
+// Neither needs a whole volume in memory: encoders draw slabs of whole xy planes, decoders deliver
+// such slabs in ascending z.
 #pragma once
 
 #include <cstddef>
@@ -23,13 +25,14 @@ class VolumeSource {
  public:
   virtual ~VolumeSource() = default;
   virtual const VolumeInfo& info() const = 0;
-  /// Writes the voxels of `box` to `out`, x fastest and densely packed (box.size.voxels() * size_of(type) bytes).
-  /// `box` must lie inside the extent. One call at a time. Throws InputError.
+  /// Writes the voxels of `box` to `out`, x fastest and densely packed (box.size.voxels() *
+  /// size_of(type) bytes). `box` must lie inside the extent. One call at a time. Throws InputError.
   virtual void read(const Box& box, std::byte* out) const = 0;
   /// All voxels if they lie in memory already, else nullptr.
   virtual const std::byte* data() const { return nullptr; }
   virtual Provenance provenance() const { return {}; }
-  /// The files and folders that the voxels are read from, so that no output replaces one of them; none for memory and generators.
+  /// The files and folders that the voxels are read from, so that no output replaces one of them;
+  /// none for memory and generators.
   virtual std::vector<std::string> files() const { return {}; }
 };
 
@@ -47,7 +50,8 @@ class MemorySource final : public VolumeSource {
   const std::byte* voxels_;
 };
 
-/// Reads the planes [z0, z1) of a source: a pointer into memory where the source has it, else into a buffer of its own.
+/// Reads the planes [z0, z1) of a source: a pointer into memory where the source has it, else into
+/// a buffer of its own.
 class SlabReader {
  public:
   explicit SlabReader(const VolumeSource& source) : source_(source) {}
@@ -62,14 +66,16 @@ class SlabReader {
 /// The whole volume of a source in memory.
 Volume read_all(const VolumeSource& source);
 
-/// Takes decoded slabs in ascending z. begin and end alternate and are called by one thread; between them several threads
-/// may write the slab.
+/// Takes decoded slabs in ascending z. begin and end alternate and are called by one thread;
+/// between them several threads may write the slab.
 class SlabSink {
  public:
   virtual ~SlabSink() = default;
-  /// The largest number of planes that one slab should have; decoders round it to their own granularity.
+  /// The largest number of planes that one slab should have; decoders round it to their own
+  /// granularity.
   virtual std::uint64_t preferred_depth() const = 0;
-  /// Where to write the planes [z0, z1) of the decoded level, x fastest, in the voxel type of the volume.
+  /// Where to write the planes [z0, z1) of the decoded level, x fastest, in the voxel type of the
+  /// volume.
   virtual std::byte* begin(std::uint64_t z0, std::uint64_t z1) = 0;
   virtual void end(std::uint64_t z0, std::uint64_t z1) = 0;
 };
@@ -91,7 +97,8 @@ class VolumeSink final : public SlabSink {
 /// Compares the slabs with a source, so that volumes larger than memory can be verified.
 class CompareSink final : public SlabSink {
  public:
-  explicit CompareSink(const VolumeSource& truth, std::uint64_t depth = 64) : reader_(truth), truth_(truth), depth_(depth) {}
+  explicit CompareSink(const VolumeSource& truth, std::uint64_t depth = 64)
+      : reader_(truth), truth_(truth), depth_(depth) {}
   std::uint64_t preferred_depth() const override { return depth_; }
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override;
   void end(std::uint64_t z0, std::uint64_t z1) override;

@@ -1,7 +1,8 @@
 // What a volume is: extent, voxel type, kind, voxel size, and voxels in memory with x fastest.
 //
-// The voxel (x, y, z) lies at index x + X * (y + Y * z). Extents are written (X, Y, Z) everywhere; readers of formats with
-// another order (HDF5: z y x) exchange the axes at their own door. A series is one volume whose time steps are stacked along z.
+// The voxel (x, y, z) lies at index x + X * (y + Y * z). Extents are written (X, Y, Z) everywhere;
+// readers of formats with another order (HDF5: z y x) exchange the axes at their own door. A series
+// is one volume whose time steps are stacked along z.
 #pragma once
 
 #include <array>
@@ -18,7 +19,8 @@
 
 namespace cvr::volumes {
 
-static_assert(std::endian::native == std::endian::little, "streams and files are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "streams and files are written as they lie in memory");
 
 enum class VoxelType : std::uint8_t { kU8, kU16, kU32, kU64, kI16, kF32 };
 enum class VolumeKind : std::uint8_t {
@@ -30,8 +32,10 @@ inline constexpr std::array kVoxelTypes{VoxelType::kU8,  VoxelType::kU16, VoxelT
                                         VoxelType::kU64, VoxelType::kI16, VoxelType::kF32};
 
 /// Those that labels may have, and those of scalars.
-inline constexpr std::array kLabelTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64};
-inline constexpr std::array kScalarTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kI16, VoxelType::kF32};
+inline constexpr std::array kLabelTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kU32,
+                                        VoxelType::kU64};
+inline constexpr std::array kScalarTypes{VoxelType::kU8, VoxelType::kU16, VoxelType::kI16,
+                                         VoxelType::kF32};
 
 /// Bytes a voxel.
 std::size_t size_of(VoxelType type);
@@ -43,7 +47,9 @@ std::string_view name_of(VolumeKind kind);
 std::optional<VolumeKind> volume_kind_from_name(std::string_view name);
 
 /// Whether labels may have this type: unsigned integers.
-constexpr bool is_label_type(VoxelType type) { return type != VoxelType::kI16 && type != VoxelType::kF32; }
+constexpr bool is_label_type(VoxelType type) {
+  return type != VoxelType::kI16 && type != VoxelType::kF32;
+}
 
 struct Coordinate {
   std::uint64_t x = 0, y = 0, z = 0;
@@ -75,8 +81,10 @@ struct VolumeInfo {
   VolumeKind kind = VolumeKind::kLabels;
   std::array<double, 3> voxel_size{1, 1, 1};  ///< along x, y, z, in voxel_unit
   std::string voxel_unit;                     ///< "nm", "um", "mm", ...; empty when unknown
-  std::array<double, 3> offset{0, 0, 0};      ///< where voxel (0, 0, 0) lies, in voxel_unit: voxel i of an axis at offset + i * voxel_size
-  std::uint64_t time_steps = 1;               ///< of a series, stacked along z; divides extent.z
+  std::array<double, 3> offset{
+      0, 0,
+      0};  ///< where voxel (0, 0, 0) lies, in voxel_unit: voxel i of an axis at offset + i * voxel_size
+  std::uint64_t time_steps = 1;  ///< of a series, stacked along z; divides extent.z
 
   /// Of one time step.
   Extent step_extent() const { return {extent.x, extent.y, extent.z / time_steps}; }
@@ -118,10 +126,14 @@ class Volume {
 template <class F>
 decltype(auto) with_label_type(VoxelType type, F&& f) {
   switch (type) {
-    case VoxelType::kU8: return f.template operator()<std::uint8_t>();
-    case VoxelType::kU16: return f.template operator()<std::uint16_t>();
-    case VoxelType::kU64: return f.template operator()<std::uint64_t>();
-    default: return f.template operator()<std::uint32_t>();
+    case VoxelType::kU8:
+      return f.template operator()<std::uint8_t>();
+    case VoxelType::kU16:
+      return f.template operator()<std::uint16_t>();
+    case VoxelType::kU64:
+      return f.template operator()<std::uint64_t>();
+    default:
+      return f.template operator()<std::uint32_t>();
   }
 }
 
@@ -129,9 +141,12 @@ decltype(auto) with_label_type(VoxelType type, F&& f) {
 template <class F>
 decltype(auto) with_voxel_type(VoxelType type, F&& f) {
   switch (type) {
-    case VoxelType::kI16: return f.template operator()<std::int16_t>();
-    case VoxelType::kF32: return f.template operator()<float>();
-    default: return with_label_type(type, std::forward<F>(f));
+    case VoxelType::kI16:
+      return f.template operator()<std::int16_t>();
+    case VoxelType::kF32:
+      return f.template operator()<float>();
+    default:
+      return with_label_type(type, std::forward<F>(f));
   }
 }
 

@@ -26,20 +26,24 @@ class Inspection final : public YAML::EventHandler {
   }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { add_leaf(mark, anchor); }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string&) override {
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string&) override {
     check_tag(mark, tag);
     add_leaf(mark, anchor);
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = sizes_.find(anchor);
-    if (found == sizes_.end()) refuse(mark, "an alias of something that has ended", "one within what it names");
+    if (found == sizes_.end())
+      refuse(mark, "an alias of something that has ended", "one within what it names");
     add(mark, found->second);
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
     begin(mark, tag, anchor);
   }
   void OnSequenceEnd() override { end(); }
-  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
     begin(mark, tag, anchor);
   }
   void OnMapEnd() override { end(); }
@@ -50,18 +54,22 @@ class Inspection final : public YAML::EventHandler {
     std::size_t nodes_before;
   };
 
-  [[noreturn]] void refuse(const YAML::Mark& mark, std::string_view expected, std::string_view found) const {
-    throw InputError(fmt::format("{}: expected {}, found {}", yaml_place(document_, mark), expected, found));
+  [[noreturn]] void refuse(const YAML::Mark& mark, std::string_view expected,
+                           std::string_view found) const {
+    throw InputError(
+        fmt::format("{}: expected {}, found {}", yaml_place(document_, mark), expected, found));
   }
 
   void check_tag(const YAML::Mark& mark, const std::string& tag) const {
-    if (!tag.empty() && tag != "?" && tag != "!") refuse(mark, "a value without a tag", fmt::format("the tag '{}'", printable(tag)));
+    if (!tag.empty() && tag != "?" && tag != "!")
+      refuse(mark, "a value without a tag", fmt::format("the tag '{}'", printable(tag)));
   }
 
   void add(const YAML::Mark& mark, std::size_t nodes) {
     nodes_ += nodes;
     if (nodes_ > kMaxYamlNodes) {
-      refuse(mark, fmt::format("at most {} values", kMaxYamlNodes), "more, counting what aliases stand for");
+      refuse(mark, fmt::format("at most {} values", kMaxYamlNodes),
+             "more, counting what aliases stand for");
     }
   }
 
@@ -72,13 +80,16 @@ class Inspection final : public YAML::EventHandler {
 
   void begin(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     check_tag(mark, tag);
-    if (open_.size() >= kMaxYamlDepth) refuse(mark, fmt::format("at most {} levels of lists and maps", kMaxYamlDepth), "a deeper one");
+    if (open_.size() >= kMaxYamlDepth)
+      refuse(mark, fmt::format("at most {} levels of lists and maps", kMaxYamlDepth),
+             "a deeper one");
     open_.push_back({anchor, nodes_});
     add(mark, 1);
   }
 
   void end() {
-    if (open_.back().anchor != YAML::NullAnchor) sizes_[open_.back().anchor] = nodes_ - open_.back().nodes_before;
+    if (open_.back().anchor != YAML::NullAnchor)
+      sizes_[open_.back().anchor] = nodes_ - open_.back().nodes_before;
     open_.pop_back();
   }
 
@@ -88,7 +99,8 @@ class Inspection final : public YAML::EventHandler {
   std::size_t documents_ = 0, nodes_ = 0;
 };
 
-/// Control characters but tabs and line ends. YAML has escapes for them, which are judged where the text is used.
+/// Control characters but tabs and line ends. YAML has escapes for them, which are judged where the
+/// text is used.
 void require_plain(const std::string& text, const std::string& document) {
   const auto is_control = [](char c) {
     const auto byte = static_cast<unsigned char>(c);
@@ -97,8 +109,9 @@ void require_plain(const std::string& text, const std::string& document) {
   const auto at = std::ranges::find_if(text, is_control);
   if (at == text.end()) return;
   const auto line = std::count(text.begin(), at, '\n') + 1;
-  throw InputError(fmt::format("{}:{}: expected text in UTF-8 without control characters, found '{}'", document, line,
-                               printable(std::string_view(&*at, 1))));
+  throw InputError(
+      fmt::format("{}:{}: expected text in UTF-8 without control characters, found '{}'", document,
+                  line, printable(std::string_view(&*at, 1))));
 }
 
 }  // namespace
@@ -110,7 +123,8 @@ std::string yaml_place(const std::string& document, const YAML::Mark& mark) {
 
 YAML::Node load_yaml(const std::string& text, const std::string& document) {
   if (text.size() > kMaxYamlBytes) {
-    throw InputError(fmt::format("{}: expected YAML of at most {} MiB, found {} bytes", document, kMaxYamlBytes >> 20, text.size()));
+    throw InputError(fmt::format("{}: expected YAML of at most {} MiB, found {} bytes", document,
+                                 kMaxYamlBytes >> 20, text.size()));
   }
   require_plain(text, document);
   try {
@@ -120,7 +134,8 @@ YAML::Node load_yaml(const std::string& text, const std::string& document) {
     while (parser.HandleNextDocument(inspection)) continue;
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    throw InputError(fmt::format("{}: expected YAML, found: {}", yaml_place(document, error.mark), printable(error.msg)));
+    throw InputError(fmt::format("{}: expected YAML, found: {}", yaml_place(document, error.mark),
+                                 printable(error.msg)));
   }
 }
 

@@ -1,5 +1,6 @@
-// The encoding half of the brick frame: slabs of brick layers are drawn from the source, their bricks encoded in parallel into
-// the workers' own memory and appended in brick order, so that the bytes do not depend on the number of threads.
+// The encoding half of the brick frame: slabs of brick layers are drawn from the source, their
+// bricks encoded in parallel into the workers' own memory and appended in brick order, so that the
+// bytes do not depend on the number of threads.
 #include <algorithm>
 #include <bit>
 #include <mutex>
@@ -31,7 +32,9 @@ class LabelRemap {
     });
     if (all_bits >> 32 == 0) return;
     DistinctLabels distinct(threads);
-    for_each_slab(source, [&](std::span<const std::uint64_t> voxels) { distinct.add(VoxelType::kU64, std::as_bytes(voxels)); });
+    for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
+      distinct.add(VoxelType::kU64, std::as_bytes(voxels));
+    });
     labels_ = distinct.take();
     slots_.resize(std::bit_ceil(2 * labels_.size()));
     for (std::uint32_t i = 0; i < labels_.size(); ++i) slots_[slot_of(labels_[i])] = i + 1;
@@ -42,7 +45,8 @@ class LabelRemap {
   /// Narrows labels to the stored 32 bits.
   void apply(std::span<const std::uint64_t> voxels, std::uint32_t* out) const {
     if (labels_.empty()) {
-      std::ranges::transform(voxels, out, [](std::uint64_t label) { return static_cast<std::uint32_t>(label); });
+      std::ranges::transform(voxels, out,
+                             [](std::uint64_t label) { return static_cast<std::uint32_t>(label); });
       return;
     }
     std::uint64_t last = voxels[0];
@@ -63,7 +67,8 @@ class LabelRemap {
     const Extent& e = source.info().extent;
     for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
       const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
-      body(std::span(reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth)), e.x * e.y * depth));
+      body(std::span(reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth)),
+                     e.x * e.y * depth));
     }
   }
 
@@ -79,7 +84,8 @@ class LabelRemap {
 };
 
 struct Worker {
-  Worker(std::uint32_t b, std::unique_ptr<PackWorkspace> workspace) : grid(b), operations(b), pack(std::move(workspace)) {}
+  Worker(std::uint32_t b, std::unique_ptr<PackWorkspace> workspace)
+      : grid(b), operations(b), pack(std::move(workspace)) {}
   LabelGrid grid;
   OperationStream operations;
   std::unique_ptr<PackWorkspace> pack;
@@ -90,10 +96,16 @@ struct Worker {
 
 class BrickEncoder {
  public:
-  BrickEncoder(const VolumeSource& source, std::uint32_t brick, BrickFormat& format, unsigned threads)
-      : source_(source), reader_(source), remap_(source, threads), format_(format), threads_(std::max(1u, threads)),
+  BrickEncoder(const VolumeSource& source, std::uint32_t brick, BrickFormat& format,
+               unsigned threads)
+      : source_(source),
+        reader_(source),
+        remap_(source, threads),
+        format_(format),
+        threads_(std::max(1u, threads)),
         layout_(source.info().extent, brick, format.group()) {
-    for (unsigned i = 0; i < threads_; ++i) workers_.push_back(std::make_unique<Worker>(brick, format.pack_workspace()));
+    for (unsigned i = 0; i < threads_; ++i)
+      workers_.push_back(std::make_unique<Worker>(brick, format.pack_workspace()));
   }
 
   void number_labels();
@@ -103,7 +115,8 @@ class BrickEncoder {
 
  private:
   template <class T, class Body>
-  void with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at, Worker& worker, Body&& body);
+  void with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at, Worker& worker,
+                  Body&& body);
   template <class Body>
   void for_each_slab(unsigned stride, Body&& body);
   template <class T>
@@ -129,14 +142,17 @@ class BrickEncoder {
   std::vector<Kept> kept_;  ///< groups in their order
 };
 
-/// Finds the operations of the brick `at`, of a slab that begins with that layer, and calls body(brick).
+/// Finds the operations of the brick `at`, of a slab that begins with that layer, and calls
+/// body(brick).
 template <class T, class Body>
-void BrickEncoder::with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at, Worker& worker, Body&& body) {
+void BrickEncoder::with_brick(const T* slab, std::uint64_t first_layer, const Coordinate& at,
+                              Worker& worker, Body&& body) {
   const Extent& e = layout_.extent;
   const std::uint64_t b = layout_.brick;
   const OperationOptions options = format_.options();
   const Validity validity(layout_.brick, layout_.brick_extent(at));
-  worker.grid.build(slab + (at.x * b + e.x * (at.y * b + e.y * (at.z - first_layer) * b)), e.x, e.x * e.y, validity);
+  worker.grid.build(slab + (at.x * b + e.x * (at.y * b + e.y * (at.z - first_layer) * b)), e.x,
+                    e.x * e.y, validity);
   if (options.keep_outside) worker.grid.fill_outside(validity);
   if (format_.wants_operations()) worker.operations.encode(worker.grid, validity, options);
   body(SourceBrick{worker.grid, validity, worker.operations});
@@ -146,7 +162,8 @@ void BrickEncoder::with_brick(const T* slab, std::uint64_t first_layer, const Co
 template <class Body>
 void BrickEncoder::for_each_slab(unsigned stride, Body&& body) {
   const Extent& e = layout_.extent;
-  const std::uint64_t layers_a_slab = stride > 1 ? stride : std::max<std::uint64_t>(kSlabDepth / layout_.brick, layout_.group);
+  const std::uint64_t layers_a_slab =
+      stride > 1 ? stride : std::max<std::uint64_t>(kSlabDepth / layout_.brick, layout_.group);
   for (std::uint64_t layer = 0; layer < layout_.grid.z; layer += layers_a_slab) {
     // With a stride only the first layer of a slab is asked for.
     const std::uint64_t layers = stride > 1 ? 1 : std::min(layers_a_slab, layout_.grid.z - layer);
@@ -155,14 +172,20 @@ void BrickEncoder::for_each_slab(unsigned stride, Body&& body) {
     const std::byte* slab = reader_.read(z0, z1);
     const std::uint64_t voxels = e.x * e.y * (z1 - z0);
     switch (source_.info().type) {
-      case VoxelType::kU8: body(reinterpret_cast<const std::uint8_t*>(slab), layer, layers); break;
-      case VoxelType::kU16: body(reinterpret_cast<const std::uint16_t*>(slab), layer, layers); break;
+      case VoxelType::kU8:
+        body(reinterpret_cast<const std::uint8_t*>(slab), layer, layers);
+        break;
+      case VoxelType::kU16:
+        body(reinterpret_cast<const std::uint16_t*>(slab), layer, layers);
+        break;
       case VoxelType::kU64:
         narrowed_.resize(voxels);
         remap_.apply({reinterpret_cast<const std::uint64_t*>(slab), voxels}, narrowed_.data());
         body(static_cast<const std::uint32_t*>(narrowed_.data()), layer, layers);
         break;
-      default: body(reinterpret_cast<const std::uint32_t*>(slab), layer, layers); break;
+      default:
+        body(reinterpret_cast<const std::uint32_t*>(slab), layer, layers);
+        break;
     }
   }
 }
@@ -205,8 +228,10 @@ void BrickEncoder::sample() {
   for_each_slab(stride, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
     const Extent sampled = volumes::ceil_div({layout_.grid.x, layout_.grid.y, layers}, stride);
     parallel_for(threads_, sampled.voxels(), [&](unsigned w, std::uint64_t i) {
-      const Coordinate at{i % sampled.x * stride, i / sampled.x % sampled.y * stride, layer + i / (sampled.x * sampled.y) * stride};
-      with_brick(slab, layer, at, *workers_[w], [&](const SourceBrick& brick) { statistics[w]->add(brick); });
+      const Coordinate at{i % sampled.x * stride, i / sampled.x % sampled.y * stride,
+                          layer + i / (sampled.x * sampled.y) * stride};
+      with_brick(slab, layer, at, *workers_[w],
+                 [&](const SourceBrick& brick) { statistics[w]->add(brick); });
     });
   });
   for (unsigned i = 1; i < threads_; ++i) statistics[0]->merge(*statistics[i]);
@@ -232,13 +257,16 @@ void BrickEncoder::write_front(ByteWriter& out, ByteBreakdown& bytes) const {
 template <class T>
 void BrickEncoder::pack_group(const T* slab, std::uint64_t layer, std::uint64_t i, Worker& worker) {
   const Extent& groups = layout_.groups;
-  const Coordinate group{i % groups.x, i / groups.x % groups.y, layer / layout_.group + i / (groups.x * groups.y)};
+  const Coordinate group{i % groups.x, i / groups.x % groups.y,
+                         layer / layout_.group + i / (groups.x * groups.y)};
   const Extent bricks = layout_.bricks_of_group(group);
   for (std::uint64_t k = 0; k < bricks.voxels(); ++k) {
-    const Coordinate brick{group.x * layout_.group + k % bricks.x, group.y * layout_.group + k / bricks.x % bricks.y,
+    const Coordinate brick{group.x * layout_.group + k % bricks.x,
+                           group.y * layout_.group + k / bricks.x % bricks.y,
                            group.z * layout_.group + k / (bricks.x * bricks.y)};
-    with_brick(slab, layer, brick, worker,
-               [&](const SourceBrick& found) { format_.pack(found, *worker.pack, worker.words, worker.bytes); });
+    with_brick(slab, layer, brick, worker, [&](const SourceBrick& found) {
+      format_.pack(found, *worker.pack, worker.words, worker.bytes);
+    });
   }
   format_.finish_group(*worker.pack, worker.words, worker.bytes);
   ++worker.finished;
@@ -249,7 +277,8 @@ void BrickEncoder::keep() {
   if (!format_.keeps_bricks()) return;
   for_each_slab(1, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
     const std::size_t first = kept_.size();
-    kept_.resize(first + layout_.groups.x * layout_.groups.y * ((layers + layout_.group - 1) / layout_.group));
+    kept_.resize(first + layout_.groups.x * layout_.groups.y *
+                             ((layers + layout_.group - 1) / layout_.group));
     parallel_for(threads_, kept_.size() - first, [&](unsigned w, std::uint64_t i) {
       kept_[first + i] = {w, workers_[w]->finished};
       pack_group(slab, layer, i, *workers_[w]);
@@ -260,7 +289,8 @@ void BrickEncoder::keep() {
   format_.fit_kept(workspaces);
 }
 
-/// Calls append(words) for each group in its order: of a slab after the other, or of what has been kept.
+/// Calls append(words) for each group in its order: of a slab after the other, or of what has been
+/// kept.
 template <class Body>
 void BrickEncoder::for_each_piece(Body&& append) {
   struct Piece {
@@ -276,7 +306,9 @@ void BrickEncoder::for_each_piece(Body&& append) {
       write_piece(w, i);
       pieces[i] = {w, at, workers_[w]->words.size() - at};
     });
-    for (const Piece& piece : pieces) append(std::span<const std::uint32_t>(workers_[piece.worker]->words).subspan(piece.at, piece.words));
+    for (const Piece& piece : pieces)
+      append(std::span<const std::uint32_t>(workers_[piece.worker]->words)
+                 .subspan(piece.at, piece.words));
   };
   if (!format_.keeps_bricks()) {
     for_each_slab(1, [&](const auto* slab, std::uint64_t layer, std::uint64_t layers) {
@@ -290,7 +322,8 @@ void BrickEncoder::for_each_piece(Body&& append) {
   for (std::size_t first = 0; first < kept_.size(); first += kGroupsAtOnce) {
     write(std::min(kGroupsAtOnce, kept_.size() - first), [&](unsigned w, std::uint64_t i) {
       const Kept& kept = kept_[first + i];
-      format_.write_kept(*workers_[kept.worker]->pack, kept.n, *scratch[w], workers_[w]->words, workers_[w]->bytes);
+      format_.write_kept(*workers_[kept.worker]->pack, kept.n, *scratch[w], workers_[w]->words,
+                         workers_[w]->bytes);
     });
   }
 }
@@ -318,7 +351,8 @@ Expected<Payload> BrickEncoder::run() {
   });
   set_start(groups, words);
   if (words > ~std::uint32_t{0}) {
-    return fail(ErrorCode::kTooLarge, "the encoded bricks exceed 2^32 words, the range of the start table");
+    return fail(ErrorCode::kTooLarge,
+                "the encoded bricks exceed 2^32 words, the range of the start table");
   }
   for (const auto& worker : workers_) bytes += worker->bytes;
   payload.breakdown = bytes;
@@ -351,22 +385,30 @@ void append_nibbles(std::span<const std::uint8_t> symbols, std::vector<std::uint
 }  // namespace
 
 BrickLayout::BrickLayout(const Extent& volume, std::uint32_t brick_edge, std::uint32_t group_edge)
-    : brick(brick_edge), group(group_edge), levels(levels_of_brick(brick_edge)), extent(volume),
-      grid(volumes::ceil_div(volume, brick_edge)), groups(volumes::ceil_div(grid, group_edge)) {}
+    : brick(brick_edge),
+      group(group_edge),
+      levels(levels_of_brick(brick_edge)),
+      extent(volume),
+      grid(volumes::ceil_div(volume, brick_edge)),
+      groups(volumes::ceil_div(grid, group_edge)) {}
 
 Extent BrickLayout::bricks_of_group(const Coordinate& g) const {
-  const auto cut = [this](std::uint64_t at, std::uint64_t size) { return std::min<std::uint64_t>(group, size - at * group); };
+  const auto cut = [this](std::uint64_t at, std::uint64_t size) {
+    return std::min<std::uint64_t>(group, size - at * group);
+  };
   return {cut(g.x, grid.x), cut(g.y, grid.y), cut(g.z, grid.z)};
 }
 
 std::uint32_t BrickLayout::member(const Coordinate& c) const {
   const Extent bricks = bricks_of_group(group_at(c));
-  return static_cast<std::uint32_t>(c.x % group + bricks.x * (c.y % group + bricks.y * (c.z % group)));
+  return static_cast<std::uint32_t>(c.x % group +
+                                    bricks.x * (c.y % group + bricks.y * (c.z % group)));
 }
 
 StoredBrick BrickLayout::stored(const Coordinate& c) const {
   const Coordinate g = group_at(c);
-  return {group_words(group_index(g)), member(c), static_cast<std::uint32_t>(bricks_of_group(g).voxels())};
+  return {group_words(group_index(g)), member(c),
+          static_cast<std::uint32_t>(bricks_of_group(g).voxels())};
 }
 
 BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {
@@ -376,7 +418,8 @@ BrickExtent BrickLayout::brick_extent(const Coordinate& c) const {
   return {cut(c.x, extent.x), cut(c.y, extent.y), cut(c.z, extent.z)};
 }
 
-void append_nibble_brick(const OperationStream& operations, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+void append_nibble_brick(const OperationStream& operations, std::vector<std::uint32_t>& words,
+                         ByteBreakdown& bytes) {
   append_level_starts(operations, words);
   const std::size_t operations_at = words.size();
   append_nibbles(operations.symbols(), words);
@@ -386,9 +429,11 @@ void append_nibble_brick(const OperationStream& operations, std::vector<std::uin
   bytes[ByteClass::kPalette] += 4 * operations.palette().size();
 }
 
-Expected<Payload> BrickCodec::encode(const VolumeSource& source, const Parameters& parameters, unsigned threads) const {
+Expected<Payload> BrickCodec::encode(const VolumeSource& source, const Parameters& parameters,
+                                     unsigned threads) const {
   const auto format = make_format_(parameters);
-  BrickEncoder encoder(source, static_cast<std::uint32_t>(parameters.integer("brick")), *format, threads);
+  BrickEncoder encoder(source, static_cast<std::uint32_t>(parameters.integer("brick")), *format,
+                       threads);
   encoder.number_labels();
   encoder.sample();
   encoder.keep();

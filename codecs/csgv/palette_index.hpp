@@ -1,4 +1,5 @@
-// The newest palette entry of each label of a brick: open addressing, emptied by a new generation for each brick.
+// The newest palette entry of each label of a brick: open addressing, emptied by a new generation
+// for each brick.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,8 @@ class PaletteIndex {
   /// The entry, or kNone.
   std::uint32_t find(std::uint32_t label) const {
     const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
-    for (std::uint32_t at = hash(label) & mask; slots_[at].generation == generation_; at = (at + 1) & mask) {
+    for (std::uint32_t at = hash(label) & mask; slots_[at].generation == generation_;
+         at = (at + 1) & mask) {
       if (slots_[at].label == label) return slots_[at].entry;
     }
     return kNone;
@@ -39,7 +41,9 @@ class PaletteIndex {
   struct Slot {
     std::uint32_t generation = 0, label = 0, entry = 0;
   };
-  static std::uint32_t hash(std::uint32_t label) { return static_cast<std::uint32_t>(volumes::hash_of(label)); }
+  static std::uint32_t hash(std::uint32_t label) {
+    return static_cast<std::uint32_t>(volumes::hash_of(label));
+  }
 
   std::vector<Slot> slots_;
   std::uint32_t generation_ = 0;

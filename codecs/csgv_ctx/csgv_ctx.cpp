@@ -21,16 +21,18 @@ using shaders::CtxBrick;
 using shaders::CtxGroup;
 using shaders::Words;
 
-constexpr std::uint32_t kGroupVoxels = 64;  ///< voxels a side of a group, but at most
-constexpr std::uint32_t kGroupBricks = 4;   ///< so many bricks a side
-constexpr std::uint64_t kFewVoxels = 1u << 17;   ///< tables fitted to fewer would know too little
-constexpr std::uint64_t kMostVoxels = 1u << 29;  ///< more would teach nothing, and counts have 32 bits
+constexpr std::uint32_t kGroupVoxels = 64;      ///< voxels a side of a group, but at most
+constexpr std::uint32_t kGroupBricks = 4;       ///< so many bricks a side
+constexpr std::uint64_t kFewVoxels = 1u << 17;  ///< tables fitted to fewer would know too little
+constexpr std::uint64_t kMostVoxels = 1u
+                                      << 29;  ///< more would teach nothing, and counts have 32 bits
 
 /// Bits that number `count` >= 1 things.
 unsigned bits_for(std::uint64_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
 
 /// What trees may ask for, by the parameter "contexts": each choice adds to the one before.
-constexpr std::array<std::string_view, 5> kContexts{"level", "neighbours", "siblings", "labels", "all"};
+constexpr std::array<std::string_view, 5> kContexts{"level", "neighbours", "siblings", "labels",
+                                                    "all"};
 ContextBits context_bits(std::string_view choice) {
   constexpr std::uint32_t kLevel = 3u << kDepth;
   constexpr std::uint32_t kNeighbours = kLevel | 7u << kChild | 7u << kDiffers | 7u << kSameOrNone;
@@ -38,7 +40,10 @@ ContextBits context_bits(std::string_view choice) {
   constexpr std::uint32_t kLabels = kSiblings | 7u << kNewestIs | 1u << kNewestIsLast;
   const auto given = std::ranges::find(kContexts, choice) - kContexts.begin();
   if (given == 4) return {};
-  return {.statics = given == 0 ? kLevel : kNeighbours, .dynamics = given < 2 ? 0 : given == 2 ? kSiblings : kLabels};
+  return {.statics = given == 0 ? kLevel : kNeighbours,
+          .dynamics = given < 2    ? 0
+                      : given == 2 ? kSiblings
+                                   : kLabels};
 }
 
 class ContextStatistics final : public BrickStatistics {
@@ -73,7 +78,7 @@ struct GroupWorkspace final : PackWorkspace {
   };
   BrickWalk walk;
   std::vector<Brick> bricks;
-  std::vector<std::uint32_t> labels;   ///< palettes, one after the other
+  std::vector<std::uint32_t> labels;  ///< palettes, one after the other
   std::vector<std::uint8_t> streams;
   std::vector<std::uint16_t> stream_words;
   std::vector<std::uint32_t> list;
@@ -82,10 +87,14 @@ struct GroupWorkspace final : PackWorkspace {
 class CtxFormat final : public BrickFormat {
  public:
   explicit CtxFormat(const Parameters& parameters)
-      : brick_(static_cast<std::uint32_t>(parameters.integer("brick"))), group_(std::min(kGroupVoxels / brick_, kGroupBricks)),
-        sampling_(static_cast<unsigned>(parameters.integer("sampling"))), contexts_(context_bits(parameters.text("contexts"))) {}
+      : brick_(static_cast<std::uint32_t>(parameters.integer("brick"))),
+        group_(std::min(kGroupVoxels / brick_, kGroupBricks)),
+        sampling_(static_cast<unsigned>(parameters.integer("sampling"))),
+        contexts_(context_bits(parameters.text("contexts"))) {}
 
-  OperationOptions options() const override { return {.stop_bits = true, .keep_outside = false, .delta = true}; }
+  OperationOptions options() const override {
+    return {.stop_bits = true, .keep_outside = false, .delta = true};
+  }
   bool wants_operations() const override { return false; }
   std::uint32_t group() const override { return group_; }
   bool wants_labels() const override { return true; }
@@ -94,7 +103,9 @@ class CtxFormat final : public BrickFormat {
     const std::uint64_t voxels = std::uint64_t{brick_} * brick_ * brick_;
     return {sampling_, std::max<std::uint64_t>(1, kFewVoxels / voxels), kMostVoxels / voxels};
   }
-  std::unique_ptr<BrickStatistics> statistics() const override { return std::make_unique<ContextStatistics>(); }
+  std::unique_ptr<BrickStatistics> statistics() const override {
+    return std::make_unique<ContextStatistics>();
+  }
   void fit(const BrickStatistics& statistics) override {
     const auto& counts = static_cast<const ContextStatistics&>(statistics);
     model_ = train(counts.events, counts.numbers, contexts_);
@@ -102,28 +113,37 @@ class CtxFormat final : public BrickFormat {
   void write_tables(ByteWriter& out) const override;
   Expected<void> read_tables(ByteReader& in) override;
 
-  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<GroupWorkspace>(); }
+  std::unique_ptr<PackWorkspace> pack_workspace() const override {
+    return std::make_unique<GroupWorkspace>();
+  }
   void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
             ByteBreakdown& bytes) const override;
-  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override;
-  BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks, unsigned levels) const override;
-  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
+  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words,
+                    ByteBreakdown& bytes) const override;
+  BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks,
+                   unsigned levels) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override {
     return decode(brick, validity, target, workspace, nullptr);
   }
   bool has_entropy() const override { return true; }
-  BrickError tally(const StoredBrick& brick, const Validity& validity, BrickWorkspace& workspace, SymbolTally& tally) const override {
+  BrickError tally(const StoredBrick& brick, const Validity& validity, BrickWorkspace& workspace,
+                   SymbolTally& tally) const override {
     return decode(brick, validity, workspace.grid.levels() - 1, workspace, &tally);
   }
-  Expected<void> describe_to_gpu(const BrickLayout&, unsigned, GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout&, unsigned,
+                                 GpuEncoding& encoding) const override {
     describe_tables(model_, labels_, group_, label_bits(), encoding);
-    encoding.brick_loops += encoding.brick_loops / 2 + group_ * group_ * group_;  // two sweeps, two nodes at once in one; records of a group
+    encoding.brick_loops +=
+        encoding.brick_loops / 2 +
+        group_ * group_ * group_;  // two sweeps, two nodes at once in one; records of a group
     return {};
   }
 
  private:
   void put_reference(const CodedReference& reference, StreamEncoder& encoder) const;
-  BrickError decode(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace,
-                    SymbolTally* tally) const;
+  BrickError decode(const StoredBrick& stored, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace, SymbolTally* tally) const;
   unsigned label_bits() const { return bits_for(labels_.size()); }
   std::uint32_t label_of(Words words, const CtxGroup& group, std::uint32_t rank) const {
     return labels_[cvr_ctx_field(words, group.list_at + rank * label_bits(), label_bits())];
@@ -149,8 +169,10 @@ Expected<void> CtxFormat::read_tables(ByteReader& in) {
   std::vector<std::uint32_t> words(bytes.size() / 4);
   if (!words.empty()) std::memcpy(words.data(), bytes.data(), 4 * words.size());
   BitReader bits(words);
-  if (!read_labels(bits, labels_)) return fail(ErrorCode::kMalformed, "tables: expected the ascending labels of the volume");
-  if (BrickError error = ContextModel::read(bits, model_)) return fail(ErrorCode::kMalformed, std::string("tables: ") + error);
+  if (!read_labels(bits, labels_))
+    return fail(ErrorCode::kMalformed, "tables: expected the ascending labels of the volume");
+  if (BrickError error = ContextModel::read(bits, model_))
+    return fail(ErrorCode::kMalformed, std::string("tables: ") + error);
   return {};
 }
 
@@ -159,7 +181,9 @@ void CtxFormat::put_reference(const CodedReference& reference, StreamEncoder& en
   const unsigned width = reference.width();
   std::uint32_t value = reference.value;
   for (unsigned left = bits_below(width); left > 0;) {
-    const unsigned count = (left - 1) % kProbabilityBits + 1;  // the decoder takes as many as it can at a time, the last ones are fewest
+    const unsigned count =
+        (left - 1) % kProbabilityBits +
+        1;  // the decoder takes as many as it can at a time, the last ones are fewest
     encoder.put_bits(value & ((1u << count) - 1), count);
     value >>= count;
     left -= count;
@@ -168,11 +192,13 @@ void CtxFormat::put_reference(const CodedReference& reference, StreamEncoder& en
 }
 
 /// Codes a brick's stream at once; what needs the whole group waits for finish_group.
-void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vector<std::uint32_t>&, ByteBreakdown&) const {
+void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vector<std::uint32_t>&,
+                     ByteBreakdown&) const {
   auto& workspace = static_cast<GroupWorkspace&>(scratch);
   BrickWalk& walk = workspace.walk;
   walk.run(brick.grid, brick.validity);
-  StreamEncoder encoder(workspace.stream_words, walk.events().size() + kMostPieces * walk.references().size());
+  StreamEncoder encoder(workspace.stream_words,
+                        walk.events().size() + kMostPieces * walk.references().size());
   auto reference = walk.references().end();
   for (std::size_t i = walk.events().size(); i-- > 0;) {
     const Event event = walk.events()[i];
@@ -182,12 +208,14 @@ void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vect
   }
   const std::size_t first = workspace.streams.size();
   encoder.finish(workspace.streams);
-  workspace.bricks.push_back({static_cast<std::uint32_t>(workspace.labels.size()), static_cast<std::uint32_t>(walk.palette().size()),
+  workspace.bricks.push_back({static_cast<std::uint32_t>(workspace.labels.size()),
+                              static_cast<std::uint32_t>(walk.palette().size()),
                               static_cast<std::uint32_t>(workspace.streams.size() - first)});
   workspace.labels.insert(workspace.labels.end(), walk.palette().begin(), walk.palette().end());
 }
 
-void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const {
+void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>& words,
+                             ByteBreakdown& bytes) const {
   auto& workspace = static_cast<GroupWorkspace&>(scratch);
   std::vector<std::uint32_t>& list = workspace.list;
   list = workspace.labels;
@@ -205,7 +233,9 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   const auto size_bits = static_cast<unsigned>(std::bit_width(most_bytes));
   const auto count_bits = static_cast<unsigned>(std::bit_width(most_entries - 2));
   const unsigned rank_bits = bits_for(list.size());
-  const auto root = [&](std::size_t i) { return workspace.labels[workspace.bricks[i].first_entry]; };
+  const auto root = [&](std::size_t i) {
+    return workspace.labels[workspace.bricks[i].first_entry];
+  };
 
   const std::size_t first_word = words.size();
   BitWriter out(words);
@@ -214,7 +244,8 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   out.put(count_bits, CVR_CTX_HEADER_BITS - CVR_CTX_LABELS_BITS - CVR_CTX_SIZE_BITS);
   for (const GroupWorkspace::Brick& brick : workspace.bricks) out.put(brick.entries > 1 ? 1 : 0, 1);
   const std::uint64_t palette_at = out.bits();
-  for (std::size_t i = 1; i < workspace.bricks.size(); ++i) out.put(root(i) != root(i - 1) ? 1 : 0, 1);
+  for (std::size_t i = 1; i < workspace.bricks.size(); ++i)
+    out.put(root(i) != root(i - 1) ? 1 : 0, 1);
   for (std::size_t i = 0; i < workspace.bricks.size(); ++i) {
     if (i == 0 || root(i) != root(i - 1)) out.put(place_in(list, root(i)), rank_bits);
   }
@@ -227,13 +258,15 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   }
   const std::uint64_t entries_at = out.bits();
   for (const GroupWorkspace::Brick& brick : workspace.bricks) {
-    for (std::uint32_t k = 1; k < brick.entries; ++k) out.put(place_in(list, workspace.labels[brick.first_entry + k]), rank_bits);
+    for (std::uint32_t k = 1; k < brick.entries; ++k)
+      out.put(place_in(list, workspace.labels[brick.first_entry + k]), rank_bits);
   }
   palette_bits += out.bits() - entries_at;
 
   const std::size_t front = (out.bits() + 7) / 8;
   words.resize(first_word + (front + workspace.streams.size() + 3) / 4);
-  std::ranges::copy(workspace.streams, reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front);
+  std::ranges::copy(workspace.streams,
+                    reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front);
   bytes[ByteClass::kPalette] += palette_bits / 8;
   bytes[ByteClass::kHeader] += front - palette_bits / 8;
   bytes[ByteClass::kOperations] += workspace.streams.size();
@@ -243,20 +276,25 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   workspace.streams.clear();
 }
 
-BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uint32_t bricks, unsigned levels) const {
+BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uint32_t bricks,
+                            unsigned levels) const {
   const std::uint64_t end = 32 * static_cast<std::uint64_t>(group_words.size());
   // Texts address bits in 32 bits; no encoder comes near that.
-  if (end < CVR_CTX_HEADER_BITS + 2 * bricks || end > ~std::uint32_t{0}) return "the group is shorter than its header, or far too long";
+  if (end < CVR_CTX_HEADER_BITS + 2 * bricks || end > ~std::uint32_t{0})
+    return "the group is shorter than its header, or far too long";
   const Words words{group_words.data()};
   const std::uint32_t most_voxels = bricks * nodes_of_level(levels - 1);
-  if ((words.w[0] & ((1u << CVR_CTX_LABELS_BITS) - 1)) >= most_voxels) return "the group has more labels than voxels";
+  if ((words.w[0] & ((1u << CVR_CTX_LABELS_BITS) - 1)) >= most_voxels)
+    return "the group has more labels than voxels";
   const CtxGroup group = cvr_ctx_group(words, bricks, label_bits());
   if (group.records_at > end) return "the group is shorter than its list of labels";
   for (std::uint32_t i = 0; i < group.labels; ++i) {
-    if (cvr_ctx_field(words, group.list_at + i * label_bits(), label_bits()) >= labels_.size()) return "a label is none of the volume's";
+    if (cvr_ctx_field(words, group.list_at + i * label_bits(), label_bits()) >= labels_.size())
+      return "a label is none of the volume's";
   }
   for (std::uint32_t at = group.roots_at; at < group.list_at; at += group.rank_bits) {
-    if (cvr_ctx_field(words, at, group.rank_bits) >= group.labels) return "a root is none of the group's labels";
+    if (cvr_ctx_field(words, at, group.rank_bits) >= group.labels)
+      return "a root is none of the group's labels";
   }
   BitReader in(group_words, group.records_at);
   std::uint64_t entries = 0;
@@ -267,14 +305,16 @@ BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uin
   }
   if (in.failed() || entries > most_voxels) return "the group has more palette entries than voxels";
   for (std::uint64_t i = 0; i < entries; ++i) {
-    if (in.get(group.rank_bits) >= group.labels) return "a palette entry is none of the group's labels";
+    if (in.get(group.rank_bits) >= group.labels)
+      return "a palette entry is none of the group's labels";
   }
-  if (in.failed() || ((in.position() + 7) / 8 + bytes + 3) / 4 != group_words.size()) return "the streams do not fill the group";
+  if (in.failed() || ((in.position() + 7) / 8 + bytes + 3) / 4 != group_words.size())
+    return "the streams do not fill the group";
   return nullptr;
 }
 
-BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace,
-                             SymbolTally* tally) const {
+BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity, unsigned target,
+                             BrickWorkspace& workspace, SymbolTally* tally) const {
   const Words words{stored.words.data()};
   const CtxGroup group = cvr_ctx_group(words, stored.bricks, label_bits());
   const CtxBrick brick = cvr_ctx_brick(words, group, stored.member);
@@ -282,9 +322,12 @@ BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity
   palette.resize(brick.labels);
   palette[0] = label_of(words, group, brick.root);
   for (std::uint32_t k = 1; k < brick.labels; ++k) {
-    palette[k] = label_of(words, group, cvr_ctx_field(words, brick.entries_at + (k - 1) * group.rank_bits, group.rank_bits));
+    palette[k] = label_of(
+        words, group,
+        cvr_ctx_field(words, brick.entries_at + (k - 1) * group.rank_bits, group.rank_bits));
   }
-  const std::span stream(reinterpret_cast<const std::uint8_t*>(words.w) + brick.stream_at, brick.bytes);
+  const std::span stream(reinterpret_cast<const std::uint8_t*>(words.w) + brick.stream_at,
+                         brick.bytes);
   return rebuild_brick(model_, palette, stream, validity, target, workspace, tally);
 }
 
@@ -292,25 +335,31 @@ BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity
 
 const Codec& csgv_ctx_codec() {
   static const BrickCodec kCodec = [] {
-    Traits traits = brick_traits("csgv-ctx", "csgv", "CSGV, symbols coded in their context: small at brick access", Granularity::kBrick);
+    Traits traits = brick_traits("csgv-ctx", "csgv",
+                                 "CSGV, symbols coded in their context: small at brick access",
+                                 Granularity::kBrick);
     ParameterSpec brick = brick_parameter();
     brick.default_value = "16";
     brick.choices = {8, 16, 32, 64};
-    return BrickCodec(traits,
-                      {brick,
-                       {.name = "sampling",
-                        .type = ParameterType::kInteger,
-                        .default_value = "2",
-                        .minimum = 1,
-                        .maximum = 64,
-                        .description = "the tables are fitted to every n-th brick an axis (fewer where that is over 2^29 voxels, more where it is under 2^17)"},
-                       {.name = "contexts",
-                        .type = ParameterType::kText,
-                        .default_value = "all",
-                        .names = {kContexts.begin(), kContexts.end()},
-                        .description = "what symbols are conditioned on, each with what stands before it: the level; the neighbours' labels; "
-                                       "which siblings differ; whether their label is a neighbour's; siblings' neighbours and the palette"}},
-                      [](const Parameters& parameters) { return std::make_unique<CtxFormat>(parameters); });
+    return BrickCodec(
+        traits,
+        {brick,
+         {.name = "sampling",
+          .type = ParameterType::kInteger,
+          .default_value = "2",
+          .minimum = 1,
+          .maximum = 64,
+          .description = "the tables are fitted to every n-th brick an axis (fewer where that is "
+                         "over 2^29 voxels, more where it is under 2^17)"},
+         {.name = "contexts",
+          .type = ParameterType::kText,
+          .default_value = "all",
+          .names = {kContexts.begin(), kContexts.end()},
+          .description = "what symbols are conditioned on, each with what stands before it: the "
+                         "level; the neighbours' labels; "
+                         "which siblings differ; whether their label is a neighbour's; siblings' "
+                         "neighbours and the palette"}},
+        [](const Parameters& parameters) { return std::make_unique<CtxFormat>(parameters); });
   }();
   return kCodec;
 }

@@ -25,8 +25,9 @@ class RawDecoder final : public Decoder, public VoxelAccess {
     for (std::uint64_t z0 = 0; z0 < info_.extent.z; z0 += depth) {
       const std::uint64_t z1 = std::min(z0 + depth, info_.extent.z);
       std::byte* out = sink.begin(z0, z1);
-      parallel_for(threads, z1 - z0,
-                   [&](unsigned, std::uint64_t z) { std::memcpy(out + z * plane, voxels_ + (z0 + z) * plane, plane); });
+      parallel_for(threads, z1 - z0, [&](unsigned, std::uint64_t z) {
+        std::memcpy(out + z * plane, voxels_ + (z0 + z) * plane, plane);
+      });
       sink.end(z0, z1);
     }
     return {};
@@ -34,8 +35,11 @@ class RawDecoder final : public Decoder, public VoxelAccess {
 
   const VoxelAccess* voxel_access() const override { return this; }
 
-  Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {
-    if (lod != 0) return fail(ErrorCode::kBadArgument, "level of detail: expected 0, raw has only the finest level");
+  Expected<void> at(std::span<const Coordinate> points, unsigned lod,
+                    std::span<std::uint64_t> labels) const override {
+    if (lod != 0)
+      return fail(ErrorCode::kBadArgument,
+                  "level of detail: expected 0, raw has only the finest level");
     volumes::with_voxel_type(info_.type, [&]<class T>() {
       for (std::size_t i = 0; i < points.size(); ++i) {
         labels[i] = 0;
@@ -48,14 +52,17 @@ class RawDecoder final : public Decoder, public VoxelAccess {
   Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
     return raw::gpu_encoding(info_, voxels_, brick == 0 ? 32 : brick, threads);
   }
-  Expected<GpuSamples> gpu_samples(unsigned) const override { return raw::gpu_samples(info_, voxels_); }
+  Expected<GpuSamples> gpu_samples(unsigned) const override {
+    return raw::gpu_samples(info_, voxels_);
+  }
 
  private:
   VolumeInfo info_;
   const std::byte* voxels_;
 };
 
-/// Room for the envelope, which goes in front of the voxels in the same block: growing it then could copy them.
+/// Room for the envelope, which goes in front of the voxels in the same block: growing it then
+/// could copy them.
 constexpr std::size_t kEnvelope = 1024;
 
 class RawCodec final : public Codec {
@@ -76,7 +83,8 @@ class RawCodec final : public Codec {
   }
   std::span<const ParameterSpec> parameters() const override { return {}; }
 
-  Expected<Payload> encode(const VolumeSource& source, const Parameters&, unsigned threads) const override {
+  Expected<Payload> encode(const VolumeSource& source, const Parameters&,
+                           unsigned threads) const override {
     const VolumeInfo& info = source.info();
     Payload payload{{}, {}, info.bytes()};
     payload.bytes.reserve(info.bytes() + kEnvelope);
@@ -95,7 +103,8 @@ class RawCodec final : public Codec {
 
   Expected<std::unique_ptr<Decoder>> open(const Stream& stream) const override {
     if (stream.payload.size() != stream.info.bytes()) {
-      return fail(ErrorCode::kTruncated, fmt::format("expected {} bytes of voxels, found {}", stream.info.bytes(), stream.payload.size()));
+      return fail(ErrorCode::kTruncated, fmt::format("expected {} bytes of voxels, found {}",
+                                                     stream.info.bytes(), stream.payload.size()));
     }
     return std::make_unique<RawDecoder>(stream);
   }

@@ -1,9 +1,11 @@
-// zfp (Lindstrom: Fixed-rate compressed floating-point arrays, IEEE TVCG 2014), single blocks by libzfp's low-level calls; the
-// order of the blocks, threads and the index are ours (codecs/scalar_blocks).
+// zfp (Lindstrom: Fixed-rate compressed floating-point arrays, IEEE TVCG 2014), single blocks by
+// libzfp's low-level calls; the order of the blocks, threads and the index are ours
+// (codecs/scalar_blocks).
 //
-// Fixed rate: integers are promoted to int32 as libzfp's own zfp_promote_* do (centred, shifted up to 30 bits and a sign), which
-// saves the block exponent of floats; the way back rounds to nearest where zfp_demote_* cut, which would darken by half a step.
-// Fixed accuracy is defined for floats alone: integers are then promoted to float, exactly.
+// Fixed rate: integers are promoted to int32 as libzfp's own zfp_promote_* do (centred, shifted up
+// to 30 bits and a sign), which saves the block exponent of floats; the way back rounds to nearest
+// where zfp_demote_* cut, which would darken by half a step. Fixed accuracy is defined for floats
+// alone: integers are then promoted to float, exactly.
 #include "codecs/zfp/zfp.hpp"
 
 #include <zfp.h>
@@ -26,8 +28,8 @@ using scalar_blocks::kRunBlocks;
 
 constexpr unsigned kEdge = 4;
 constexpr unsigned kVoxels = kEdge * kEdge * kEdge;
-/// No float block is longer: 9 bits of exponent and 32 bit planes of 64 bits, each with a group test, and 64 more tests where
-/// coefficients become significant.
+/// No float block is longer: 9 bits of exponent and 32 bit planes of 64 bits, each with a group
+/// test, and 64 more tests where coefficients become significant.
 constexpr unsigned kLongestBlock = 2304;
 static_assert(9 + 32 * (kVoxels + 1) + kVoxels <= kLongestBlock);
 
@@ -43,8 +45,11 @@ template <class T>
 struct Integer {
   using Value = std::int32_t;
   static constexpr unsigned kShift = 31 - std::numeric_limits<std::make_unsigned_t<T>>::digits;
-  static constexpr std::int32_t kCentre = std::is_signed_v<T> ? 0 : std::int32_t{1} << (std::numeric_limits<T>::digits - 1);
-  static Value promote(T voxel) { return (static_cast<std::int32_t>(voxel) - kCentre) * (std::int32_t{1} << kShift); }
+  static constexpr std::int32_t kCentre =
+      std::is_signed_v<T> ? 0 : std::int32_t{1} << (std::numeric_limits<T>::digits - 1);
+  static Value promote(T voxel) {
+    return (static_cast<std::int32_t>(voxel) - kCentre) * (std::int32_t{1} << kShift);
+  }
   static std::int64_t demote(Value value) {
     return ((std::int64_t{value} + (std::int64_t{1} << (kShift - 1))) >> kShift) + kCentre;
   }
@@ -55,12 +60,20 @@ template <class T>
 struct Float {
   using Value = float;
   static Value promote(T voxel) { return static_cast<float>(voxel); }
-  static float demote(Value value) { return std::is_floating_point_v<T> ? value : std::floor(value + 0.5F); }
+  static float demote(Value value) {
+    return std::is_floating_point_v<T> ? value : std::floor(value + 0.5F);
+  }
 };
 
-void encode_block(zfp_stream* stream, const std::int32_t* values) { zfp_encode_block_int32_3(stream, values); }
-void encode_block(zfp_stream* stream, const float* values) { zfp_encode_block_float_3(stream, values); }
-void decode_block(zfp_stream* stream, std::int32_t* values) { zfp_decode_block_int32_3(stream, values); }
+void encode_block(zfp_stream* stream, const std::int32_t* values) {
+  zfp_encode_block_int32_3(stream, values);
+}
+void encode_block(zfp_stream* stream, const float* values) {
+  zfp_encode_block_float_3(stream, values);
+}
+void decode_block(zfp_stream* stream, std::int32_t* values) {
+  zfp_decode_block_int32_3(stream, values);
+}
 void decode_block(zfp_stream* stream, float* values) { zfp_decode_block_float_3(stream, values); }
 
 template <class T, class Promotion>
@@ -76,10 +89,12 @@ class ZfpCoder final : public BlockCoder {
         bits_(stream_open(words_.data(), words_.size() * sizeof words_[0]), &stream_close),
         stream_(zfp_stream_open(bits_.get()), &zfp_stream_close) {
     if (!bits_ || !stream_) throw std::bad_alloc();
-    zfp_stream_set_params(stream_.get(), mode.least_bits, mode.most_bits, ZFP_MAX_PREC, mode.least_exponent);
+    zfp_stream_set_params(stream_.get(), mode.least_bits, mode.most_bits, ZFP_MAX_PREC,
+                          mode.least_exponent);
   }
 
-  Expected<std::uint64_t> encode(const std::byte* voxels, unsigned count, std::uint64_t* words) override {
+  Expected<std::uint64_t> encode(const std::byte* voxels, unsigned count,
+                                 std::uint64_t* words) override {
     zfp_stream_rewind(stream_.get());
     Value values[kVoxels];
     for (unsigned k = 0; k < count; ++k) {
@@ -88,32 +103,40 @@ class ZfpCoder final : public BlockCoder {
       encode_block(stream_.get(), values);
     }
     zfp_stream_flush(stream_.get());
-    const std::size_t bytes = stream_size(bits_.get());  // whole words of the library's choice, at most of 8 bytes
+    const std::size_t bytes =
+        stream_size(bits_.get());  // whole words of the library's choice, at most of 8 bytes
     std::memcpy(words, words_.data(), bytes);
     return (bytes + 7) / 8;
   }
 
-  Expected<void> decode(std::span<const std::byte> words, unsigned first, unsigned count, std::byte* voxels) override {
-    // Blocks of a fixed size are found by their number, others by decoding those before them. What is read past the words of a run
-    // that was damaged is zero, as far as blocks can reach.
+  Expected<void> decode(std::span<const std::byte> words, unsigned first, unsigned count,
+                        std::byte* voxels) override {
+    // Blocks of a fixed size are found by their number, others by decoding those before them. What
+    // is read past the words of a run that was damaged is zero, as far as blocks can reach.
     const std::uint64_t begin = std::uint64_t{first} * fixed_bits_;
     const std::uint64_t first_word = begin / 64;
-    const std::uint64_t end_word = fixed_bits_ == 0 ? words.size() / 8 : (begin + std::uint64_t{count} * fixed_bits_ + 63) / 64;
+    const std::uint64_t end_word = fixed_bits_ == 0
+                                       ? words.size() / 8
+                                       : (begin + std::uint64_t{count} * fixed_bits_ + 63) / 64;
     const std::uint64_t held = end_word - first_word;
     std::memcpy(words_.data(), words.data() + 8 * first_word, 8 * held);
-    std::memset(words_.data() + held, 0, 8 * (fixed_bits_ == 0 ? words_.size() - held : kSpareWords));
+    std::memset(words_.data() + held, 0,
+                8 * (fixed_bits_ == 0 ? words_.size() - held : kSpareWords));
     stream_rseek(bits_.get(), begin % 64);
     Value values[kVoxels];
     for (unsigned k = 0; fixed_bits_ == 0 && k < first; ++k) decode_block(stream_.get(), values);
     for (unsigned k = 0; k < count; ++k) {
       decode_block(stream_.get(), values);
-      // Outside the range of the volume, infinities included, everything is nearer to the truth when cut; NaN becomes the least.
-      std::transform(values, values + kVoxels, reinterpret_cast<T*>(voxels) + k * kVoxels, [&](Value value) {
-        const auto voxel = Promotion::demote(value);
-        return voxel >= least_ ? voxel <= largest_ ? static_cast<T>(voxel) : largest_ : least_;
-      });
+      // Outside the range of the volume, infinities included, everything is nearer to the truth
+      // when cut; NaN becomes the least.
+      std::transform(
+          values, values + kVoxels, reinterpret_cast<T*>(voxels) + k * kVoxels, [&](Value value) {
+            const auto voxel = Promotion::demote(value);
+            return voxel >= least_ ? voxel <= largest_ ? static_cast<T>(voxel) : largest_ : least_;
+          });
     }
-    if (fixed_bits_ == 0 && stream_rtell(bits_.get()) > 8 * words.size()) return fail(ErrorCode::kMalformed, "a block leaves its run");
+    if (fixed_bits_ == 0 && stream_rtell(bits_.get()) > 8 * words.size())
+      return fail(ErrorCode::kMalformed, "a block leaves its run");
     return {};
   }
 
@@ -130,17 +153,23 @@ class ZfpFormat final : public BlockFormat {
   ZfpFormat(VoxelType type, const Parameters& parameters, const ScalarRange& range)
       : type_(type), range_(range), accuracy_(parameters.text("mode") == "accuracy") {
     const auto bits = static_cast<unsigned>(parameters.integer("block_bits"));
-    mode_ = accuracy_ ? Mode{1, kLongestBlock, static_cast<int>(parameters.integer("tolerance_log2"))} : Mode{bits, bits, ZFP_MIN_EXP};
+    mode_ = accuracy_
+                ? Mode{1, kLongestBlock, static_cast<int>(parameters.integer("tolerance_log2"))}
+                : Mode{bits, bits, ZFP_MIN_EXP};
   }
   Extent block() const override { return {kEdge, kEdge, kEdge}; }
   std::uint64_t bits() const override { return mode_.most_bits; }
   bool fixed_size() const override { return !accuracy_; }
   std::unique_ptr<BlockCoder> coder() const override {
     switch (type_) {
-      case VoxelType::kU8: return make<std::uint8_t>();
-      case VoxelType::kU16: return make<std::uint16_t>();
-      case VoxelType::kI16: return make<std::int16_t>();
-      default: return std::make_unique<ZfpCoder<float, Float<float>>>(mode_, range_);
+      case VoxelType::kU8:
+        return make<std::uint8_t>();
+      case VoxelType::kU16:
+        return make<std::uint16_t>();
+      case VoxelType::kI16:
+        return make<std::int16_t>();
+      default:
+        return std::make_unique<ZfpCoder<float, Float<float>>>(mode_, range_);
     }
   }
 
@@ -160,42 +189,48 @@ class ZfpFormat final : public BlockFormat {
 class ZfpCodec final : public scalar_blocks::ScalarBlocksCodec {
  public:
   const Traits& traits() const override {
-    static const Traits kTraits{.id = "zfp",
-                                .version = 1,
-                                .family = "zfp",
-                                .summary = "zfp by libzfp: transformed blocks of 4x4x4, fixed rate or fixed accuracy",
-                                .lossless = false,
-                                .types = volumes::kScalarTypes,
-                                .access = Granularity::kBlock,
-                                .levels_of_detail = false,
-                                .stored_compressed = false,
-                                .front = scalar_blocks::kFront};
+    static const Traits kTraits{
+        .id = "zfp",
+        .version = 1,
+        .family = "zfp",
+        .summary = "zfp by libzfp: transformed blocks of 4x4x4, fixed rate or fixed accuracy",
+        .lossless = false,
+        .types = volumes::kScalarTypes,
+        .access = Granularity::kBlock,
+        .levels_of_detail = false,
+        .stored_compressed = false,
+        .front = scalar_blocks::kFront};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override {
     static const std::array kParameters{
-        ParameterSpec{.name = "mode",
-                      .type = ParameterType::kText,
-                      .default_value = "rate",
-                      .names = {"rate", "accuracy"},
-                      .description = "blocks of block_bits, or as many bits as tolerance_log2 takes"},
+        ParameterSpec{
+            .name = "mode",
+            .type = ParameterType::kText,
+            .default_value = "rate",
+            .names = {"rate", "accuracy"},
+            .description = "blocks of block_bits, or as many bits as tolerance_log2 takes"},
         ParameterSpec{.name = "block_bits",
                       .type = ParameterType::kInteger,
                       .default_value = "64",
                       .minimum = 16,
                       .maximum = 2048,
-                      .description = "with mode=rate: bits of a block of 64 voxels, so 64 is one bit a voxel"},
-        ParameterSpec{.name = "tolerance_log2",
-                      .type = ParameterType::kInteger,
-                      .default_value = "0",
-                      .minimum = -160,
-                      .maximum = 127,
-                      .description = "with mode=accuracy: log2 of the largest absolute error allowed, in voxel values"}};
+                      .description =
+                          "with mode=rate: bits of a block of 64 voxels, so 64 is one bit a voxel"},
+        ParameterSpec{
+            .name = "tolerance_log2",
+            .type = ParameterType::kInteger,
+            .default_value = "0",
+            .minimum = -160,
+            .maximum = 127,
+            .description =
+                "with mode=accuracy: log2 of the largest absolute error allowed, in voxel values"}};
     return kParameters;
   }
 
  protected:
-  std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters& parameters, const ScalarRange& range) const override {
+  std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters& parameters,
+                                            const ScalarRange& range) const override {
     return std::make_unique<ZfpFormat>(type, parameters, range);
   }
 };

@@ -48,13 +48,16 @@ int print_answer(const CLI::App& app, const CLI::ParseError& error) {
 
 /// The command without the last of its standard output. `lost`: why a part of that is lost already.
 int run_command(int argc, char** argv, const Environment& environment, std::error_code& lost) {
-  CLI::App app{"Measures how small, how fast and how exact compressed volumes are, and draws them.", "cvrbench"};
-  app.set_version_flag("--version",
-                       fmt::format("cvrbench {} ({})", build_info::kVersion, build_info::kRevision));
+  CLI::App app{"Measures how small, how fast and how exact compressed volumes are, and draws them.",
+               "cvrbench"};
+  app.set_version_flag(
+      "--version", fmt::format("cvrbench {} ({})", build_info::kVersion, build_info::kRevision));
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 ok; 1 a check or a regression failed, every cell failed, or nothing could be judged; 2 usage, configuration or "
-      "input; 3 environment: data, device, disk or memory are missing. Rates are percent of the original's bytes.");
+      "Exit codes: 0 ok; 1 a check or a regression failed, every cell failed, or nothing could be "
+      "judged; 2 usage, configuration or "
+      "input; 3 environment: data, device, disk or memory are missing. Rates are percent of the "
+      "original's bytes.");
   int exit_code = kExitOk;
   add_run_commands(app, environment, exit_code);
   add_tracking_commands(app, environment, exit_code);
@@ -76,7 +79,8 @@ int run_command(int argc, char** argv, const Environment& environment, std::erro
         return kExitEnvironment;
       }
     }
-    if (app.get_subcommands().empty()) return complain(kExitUsage, expected_command(app, argc, argv));
+    if (app.get_subcommands().empty())
+      return complain(kExitUsage, expected_command(app, argc, argv));
     std::string command;
     for (const CLI::App* sub : app.get_subcommands()) command += " " + sub->get_name();
     return complain(kExitUsage, fmt::format("{} (see cvrbench{} --help)", error.what(), command));
@@ -89,7 +93,10 @@ int run_command(int argc, char** argv, const Environment& environment, std::erro
   } catch (const gpu::DeviceError& error) {
     return complain(kExitEnvironment, error.what());
   } catch (const Row::exception& error) {
-    return complain(kExitUsage, fmt::format("expected rows, figures or floors as this program writes them, found: {}", error.what()));
+    return complain(
+        kExitUsage,
+        fmt::format("expected rows, figures or floors as this program writes them, found: {}",
+                    error.what()));
   } catch (const std::system_error& error) {
     if (std::ferror(stdout) != 0) {
       lost = error.code();

@@ -1,7 +1,8 @@
 // The command line. Results go to standard output, progress and errors to standard error.
 //
-// Exit codes: 0 ok; 1 a check or a regression failed, every cell failed, or nothing could be judged; 2 usage, configuration or input;
-// 3 the environment: nothing was measured because data or a device is missing, no process, no disk, no memory.
+// Exit codes: 0 ok; 1 a check or a regression failed, every cell failed, or nothing could be
+// judged; 2 usage, configuration or input; 3 the environment: nothing was measured because data or
+// a device is missing, no process, no disk, no memory.
 #pragma once
 
 #include <string>

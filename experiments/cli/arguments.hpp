@@ -1,5 +1,6 @@
-// What single arguments of the command line may be. Each validator judges the text before CLI11 converts it, since its own conversions wrap
-// -1 around, take 010 for octal and NaN for a number; what they refuse is "NAME: expected ..., found ...".
+// What single arguments of the command line may be. Each validator judges the text before CLI11
+// converts it, since its own conversions wrap -1 around, take 010 for octal and NaN for a number;
+// what they refuse is "NAME: expected ..., found ...".
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -30,12 +31,14 @@ struct VolumeChoices {
   bool allow_external = false;
 
   volumes::OpenOptions options() const;
-  /// For a file that is no volume: encoded files say all this themselves. Throws InputError naming the first that is given.
+  /// For a file that is no volume: encoded files say all this themselves. Throws InputError naming
+  /// the first that is given.
   void require_none(const std::string& encoded_file) const;
 };
 
 /// An option that names axes.
-void add_axes_option(CLI::App& command, const std::string& name, std::string& axes, const std::string& description);
+void add_axes_option(CLI::App& command, const std::string& name, std::string& axes,
+                     const std::string& description);
 /// --kind, --axes, --allow-external.
 void add_volume_choices(CLI::App& command, VolumeChoices& choices);
 

@@ -36,8 +36,9 @@ struct EncodeOptions {
 
 constexpr std::uint64_t kPageBytes = 4096;
 
-/// A volume of at most a quarter of the memory that is left is read before it is encoded, so that the time is that of the work on
-/// memory. A larger one is streamed: drawn from its file while it is encoded, and the time includes reading.
+/// A volume of at most a quarter of the memory that is left is read before it is encoded, so that
+/// the time is that of the work on memory. A larger one is streamed: drawn from its file while it
+/// is encoded, and the time includes reading.
 class OriginalInMemory {
  public:
   explicit OriginalInMemory(const volumes::VolumeSource& file)
@@ -50,7 +51,8 @@ class OriginalInMemory {
     }
     // Mapped: each page is asked for once.
     [[maybe_unused]] volatile std::byte touched;
-    for (std::uint64_t at = 0; at < file.info().bytes(); at += kPageBytes) touched = file.data()[at];
+    for (std::uint64_t at = 0; at < file.info().bytes(); at += kPageBytes)
+      touched = file.data()[at];
   }
   const volumes::VolumeSource& source() const { return read_ ? *read_ : file_; }
   bool streamed() const { return streamed_; }
@@ -64,22 +66,28 @@ class OriginalInMemory {
 
 void report_encoding(const Row& report) {
   fmt::print(
-      "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits a voxel), published accounting {} bytes, {:.3f} %; "
+      "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits a voxel), published accounting {} bytes, "
+      "{:.3f} %; "
       "{:.3f} s{}\n",
-      volumes::printable(report["file"].get<std::string>()), report["bytes"].get<std::uint64_t>(), report["rate"].get<double>(),
-      report["original_bytes"].get<std::uint64_t>(), report["bits_per_voxel"].get<double>(),
-      report["published_bytes"].get<std::uint64_t>(), report["published_rate"].get<double>(),
-      report["seconds"].get<double>(), report["streamed"].get<bool>() ? ", reading included" : "");
+      volumes::printable(report["file"].get<std::string>()), report["bytes"].get<std::uint64_t>(),
+      report["rate"].get<double>(), report["original_bytes"].get<std::uint64_t>(),
+      report["bits_per_voxel"].get<double>(), report["published_bytes"].get<std::uint64_t>(),
+      report["published_rate"].get<double>(), report["seconds"].get<double>(),
+      report["streamed"].get<bool>() ? ", reading included" : "");
   if (report.contains("bound_kept")) {
-    fmt::print("  bound kept: {} (largest error {}, allowed {})\n", report["bound_kept"].get<bool>() ? "yes" : "no",
-               report["recorded_error"]["largest_error"].get<double>(), report["bound"].get<double>());
+    fmt::print("  bound kept: {} (largest error {}, allowed {})\n",
+               report["bound_kept"].get<bool>() ? "yes" : "no",
+               report["recorded_error"]["largest_error"].get<double>(),
+               report["bound"].get<double>());
   }
   for (const auto& [name, bytes] : report["breakdown"].items()) {
-    if (bytes.get<std::uint64_t>() > 0) fmt::print("  {:<11} {:>14}\n", name, bytes.get<std::uint64_t>());
+    if (bytes.get<std::uint64_t>() > 0)
+      fmt::print("  {:<11} {:>14}\n", name, bytes.get<std::uint64_t>());
   }
 }
 
-/// Returns kExitCheckFailed where the parameters promise an error that was not kept: the file is written, and says so.
+/// Returns kExitCheckFailed where the parameters promise an error that was not kept: the file is
+/// written, and says so.
 int encode(const EncodeOptions& options) {
   const auto [codec, parameters] = parse_codec(options.codec, options.parameters);
   const auto opened = volumes::open_volume(options.in, options.volume.options());
@@ -103,7 +111,8 @@ int encode(const EncodeOptions& options) {
   report["original_bytes"] = source.info().bytes();
   const auto decoder = codecs::open_decoder(*file);
   if (!decoder) fail_on_file(options.out, decoder.error());
-  if (const auto recorded = (*decoder)->recorded_error()) report["recorded_error"] = describe_recorded(*recorded);
+  if (const auto recorded = (*decoder)->recorded_error())
+    report["recorded_error"] = describe_recorded(*recorded);
   Row size = describe_size(*file, bytes.size(), options.bytes_per_voxel);
   if (codec->traits().stored_compressed && options.json)
     add_rates_at_rest(bytes, source.info().bytes(), size);
@@ -122,9 +131,9 @@ struct DecodeOptions {
 
 void decode(const DecodeOptions& options) {
   if (!volumes::is_volume_path(options.out)) {
-    throw volumes::InputError(
-        fmt::format("{}: expected the name of a volume (.h5, .nrrd, .nhdr, .nii, .nii.gz, .raw or a folder)",
-                    options.out));
+    throw volumes::InputError(fmt::format(
+        "{}: expected the name of a volume (.h5, .nrrd, .nhdr, .nii, .nii.gz, .raw or a folder)",
+        options.out));
   }
   volumes::check_volume_output(options.out, {options.in});
   const volumes::MappedFile bytes(options.in);
@@ -133,14 +142,15 @@ void decode(const DecodeOptions& options) {
   const auto decoder = codecs::open_decoder(*file);
   if (!decoder) fail_on_file(options.in, decoder.error());
   if (options.lod >= (*decoder)->levels()) {
-    throw volumes::InputError(fmt::format("{}: level of detail: expected 0..{}, found {}", options.in,
-                                          (*decoder)->levels() - 1, options.lod));
+    throw volumes::InputError(fmt::format("{}: level of detail: expected 0..{}, found {}",
+                                          options.in, (*decoder)->levels() - 1, options.lod));
   }
-  volumes::write_volume(options.out,
-                        volumes::SlabPipe(codecs::level_info(file->stream.info, options.lod), options.in,
-                                          [&](volumes::SlabSink& sink) {
-                                            return (*decoder)->decode(options.lod, options.threads, sink);
-                                          }));
+  volumes::write_volume(
+      options.out, volumes::SlabPipe(codecs::level_info(file->stream.info, options.lod), options.in,
+                                     [&](volumes::SlabSink& sink) {
+                                       return (*decoder)->decode(options.lod, options.threads,
+                                                                 sink);
+                                     }));
 }
 
 struct ValidateOptions {
@@ -153,7 +163,8 @@ int validate(const ValidateOptions& options) {
   for (const std::string& path : options.files) {
     const volumes::MappedFile bytes(path);
     const auto valid = codecs::validate(bytes.bytes(), options.threads);
-    fmt::print("{}: {}\n", volumes::printable(path), valid ? "valid" : volumes::printable(valid.error().message));
+    fmt::print("{}: {}\n", volumes::printable(path),
+               valid ? "valid" : volumes::printable(valid.error().message));
     if (!valid) exit_code = kExitCheckFailed;
   }
   return exit_code;
@@ -161,13 +172,13 @@ int validate(const ValidateOptions& options) {
 
 }  // namespace
 
-std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(const std::string& id,
-                                                                const std::vector<std::string>& parameters) {
+std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(
+    const std::string& id, const std::vector<std::string>& parameters) {
   const codecs::Codec* codec = codecs::find_codec(id);
   if (codec == nullptr) {
     const auto ids = codec_ids();
-    throw volumes::InputError(fmt::format("--codec: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
-                                          id, did_you_mean(id, ids)));
+    throw volumes::InputError(fmt::format("--codec: expected one of {}, found '{}'{}",
+                                          fmt::join(ids, ", "), id, did_you_mean(id, ids)));
   }
   auto parsed = codecs::Parameters::parse(codec->parameters(), parameters);
   if (!parsed) throw volumes::InputError(fmt::format("-p: {}: {}", id, parsed.error().message));
@@ -181,21 +192,24 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
   encoding->add_option("in", e->in, "volume file")->required();
   encoding->add_option("-o", e->out, "encoded file to write")->required();
   encoding->add_option("--codec", e->codec, "id of the codec ('list codecs')")->required();
-  encoding->add_option("-p", e->parameters, "NAME=VALUE, a parameter of the codec")->allow_extra_args(false);
+  encoding->add_option("-p", e->parameters, "NAME=VALUE, a parameter of the codec")
+      ->allow_extra_args(false);
   encoding->add_option("--threads", e->threads, "threads; the bytes do not depend on it")
       ->check(integer_in(1, kMostThreads));
   add_volume_choices(*encoding, e->volume);
   encoding
       ->add_option("--bytes-per-voxel", e->bytes_per_voxel,
-                   "of the original in published_rate: the smallest of 1, 2, 4 that can number the labels is "
+                   "of the original in published_rate: the smallest of 1, 2, 4 that can number the "
+                   "labels is "
                    "the papers' accounting "
                    "(default: the stored type)")
       ->check(integer_in(1, 8));
-  encoding->add_flag("--json", e->json,
-                     "one object: bytes, published_bytes, rate (percent of the original's bytes), "
-                     "published_rate (percent, by the "
-                     "papers' accounting), bits_per_voxel, breakdown, seconds; rate_gzip and rate_xz where "
-                     "files are usually stored so");
+  encoding->add_flag(
+      "--json", e->json,
+      "one object: bytes, published_bytes, rate (percent of the original's bytes), "
+      "published_rate (percent, by the "
+      "papers' accounting), bits_per_voxel, breakdown, seconds; rate_gzip and rate_xz where "
+      "files are usually stored so");
   encoding->callback([e, &exit_code] {
     const InterruptWatch watch;
     exit_code = encode(*e);
@@ -205,7 +219,8 @@ void add_codec_commands(CLI::App& app, int& exit_code) {
   auto* decoding = app.add_subcommand("decode", "Decodes an encoded file into a volume file");
   decoding->add_option("file", d->in, "encoded file")->required();
   decoding->add_option("-o", d->out, "volume file to write")->required();
-  decoding->add_option("--lod", d->lod, "level of detail, 0 is the finest")->check(integer_in(0, 63));
+  decoding->add_option("--lod", d->lod, "level of detail, 0 is the finest")
+      ->check(integer_in(0, 63));
   decoding->add_option("--threads", d->threads, "threads")->check(integer_in(1, kMostThreads));
   decoding->callback([d, &exit_code] {
     const InterruptWatch watch;

@@ -23,13 +23,19 @@ volumes::Extent parse_extent(const std::string& text) {
   const std::size_t first = text.find(','), second = text.find(',', first + 1);
   std::array<std::optional<std::uint64_t>, 3> axes;
   if (first != std::string::npos && second != std::string::npos) {
-    axes = {volumes::parse_unsigned(text.substr(0, first)), volumes::parse_unsigned(text.substr(first + 1, second - first - 1)),
+    axes = {volumes::parse_unsigned(text.substr(0, first)),
+            volumes::parse_unsigned(text.substr(first + 1, second - first - 1)),
             volumes::parse_unsigned(text.substr(second + 1))};
   }
-  const bool good = std::ranges::all_of(axes, [](const auto& axis) { return axis && *axis >= 1 && *axis <= kMostOfAxis; });
-  if (!good) throw volumes::InputError(fmt::format("--size: expected X,Y,Z with each 1..{}, found '{}'", kMostOfAxis, text));
+  const bool good = std::ranges::all_of(
+      axes, [](const auto& axis) { return axis && *axis >= 1 && *axis <= kMostOfAxis; });
+  if (!good)
+    throw volumes::InputError(
+        fmt::format("--size: expected X,Y,Z with each 1..{}, found '{}'", kMostOfAxis, text));
   const volumes::Extent extent{*axes[0], *axes[1], *axes[2]};
-  if (is_too_large(extent)) throw volumes::InputError(fmt::format("--size: expected at most {} voxels in all, found {}", kMostVoxels, to_string(extent)));
+  if (is_too_large(extent))
+    throw volumes::InputError(fmt::format("--size: expected at most {} voxels in all, found {}",
+                                          kMostVoxels, to_string(extent)));
   return extent;
 }
 
@@ -38,17 +44,20 @@ volumes::Buffer read_file(const std::string& path) {
   if (fs::is_directory(path, error))
     throw volumes::InputError(fmt::format("{}: expected an encoded file, found a folder", path));
   if (fs::exists(path, error) && !fs::is_regular_file(path, error))
-    throw volumes::InputError(fmt::format("{}: expected an encoded file, found a pipe, a socket or a device", path));
+    throw volumes::InputError(
+        fmt::format("{}: expected an encoded file, found a pipe, a socket or a device", path));
   std::ifstream in(path, std::ios::binary);
   if (!in)
     throw volumes::InputError(
         fmt::format("{}: expected a readable file, found: {}", path, std::strerror(errno)));
   const std::uint64_t size = fs::file_size(path, error);
   if (error)
-    throw volumes::InputError(fmt::format("{}: expected a regular file, found: {}", path, error.message()));
+    throw volumes::InputError(
+        fmt::format("{}: expected a regular file, found: {}", path, error.message()));
   volumes::Buffer bytes(size);
   if (!in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
-    throw volumes::InputError(fmt::format("{}: expected {} bytes, found {}", path, size, in.gcount()));
+    throw volumes::InputError(
+        fmt::format("{}: expected {} bytes, found {}", path, size, in.gcount()));
   }
   return bytes;
 }
@@ -79,13 +88,15 @@ std::string find_catalogue(const std::string& given, const std::string& config_p
     const fs::path folder = fs::absolute(config_path).parent_path();
     places = {folder / "datasets", folder.parent_path() / "datasets"};
   }
-  for (const fs::path& folder : project_folders()) places.push_back((folder / "configs" / "datasets").lexically_normal());
+  for (const fs::path& folder : project_folders())
+    places.push_back((folder / "configs" / "datasets").lexically_normal());
   std::error_code error;
   for (const fs::path& place : places) {
     if (fs::is_directory(place, error)) return place.string();
   }
   throw volumes::InputError(
-      "expected a folder of data set descriptions (--datasets DIR), found none beside the configuration");
+      "expected a folder of data set descriptions (--datasets DIR), found none beside the "
+      "configuration");
 }
 
 }  // namespace cvr::experiments::cli

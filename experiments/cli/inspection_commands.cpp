@@ -36,7 +36,8 @@ void print_plain(const Row& report, const std::string& indent = "") {
       print_plain(value, indent + "  ");
       continue;
     }
-    fmt::print("{}{}: {}\n", indent, key, value.is_string() ? volumes::printable(value.get<std::string>()) : value.dump());
+    fmt::print("{}{}: {}\n", indent, key,
+               value.is_string() ? volumes::printable(value.get<std::string>()) : value.dump());
   }
 }
 
@@ -62,7 +63,8 @@ void inspect(const std::string& path, const VolumeChoices& choices, bool json) {
     report["parameters"] = file.stream.parameters.values();
     add_volume_facts(file.stream.info, report);
     report["levels"] = (*decoder)->levels();
-    if (const auto recorded = (*decoder)->recorded_error()) report["recorded_error"] = describe_recorded(*recorded);
+    if (const auto recorded = (*decoder)->recorded_error())
+      report["recorded_error"] = describe_recorded(*recorded);
     const Row size = describe_size(file, bytes.size(), 0);
     for (const auto& [key, value] : size.items()) report[key] = value;
   }
@@ -72,7 +74,8 @@ void inspect(const std::string& path, const VolumeChoices& choices, bool json) {
 /// Keeps one voxel of the slabs that pass.
 class PickSink final : public volumes::SlabSink {
  public:
-  PickSink(const volumes::VolumeInfo& info, const volumes::Coordinate& where) : info_(info), where_(where) {}
+  PickSink(const volumes::VolumeInfo& info, const volumes::Coordinate& where)
+      : info_(info), where_(where) {}
   std::uint64_t preferred_depth() const override { return 64; }
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override {
     slab_.resize((z1 - z0) * info_.extent.x * info_.extent.y * size_of(info_.type));
@@ -81,7 +84,8 @@ class PickSink final : public volumes::SlabSink {
   void end(std::uint64_t z0, std::uint64_t z1) override {
     if (where_.z < z0 || where_.z >= z1) return;
     const std::size_t voxel = size_of(info_.type);
-    std::memcpy(value_.data(), slab_.data() + info_.extent.index({where_.x, where_.y, where_.z - z0}) * voxel,
+    std::memcpy(value_.data(),
+                slab_.data() + info_.extent.index({where_.x, where_.y, where_.z - z0}) * voxel,
                 voxel);
   }
   const std::byte* value() const { return value_.data(); }
@@ -121,16 +125,20 @@ volumes::Coordinate require_inside(const AtOptions& options, const volumes::Exte
   const auto one = [&](const char* axis, std::int64_t found, std::uint64_t size) {
     const auto index = static_cast<std::uint64_t>(found);
     if (found >= 0 && index < size) return index;
-    throw volumes::InputError(fmt::format("{}: expected {} in 0..{}, since the extent is {}, found {}", options.file, axis, size - 1,
-                                          to_string(extent), found));
+    throw volumes::InputError(
+        fmt::format("{}: expected {} in 0..{}, since the extent is {}, found {}", options.file,
+                    axis, size - 1, to_string(extent), found));
   };
-  return {one("x", options.x, extent.x), one("y", options.y, extent.y), one("z", options.z, extent.z)};
+  return {one("x", options.x, extent.x), one("y", options.y, extent.y),
+          one("z", options.z, extent.z)};
 }
 
 void at(const AtOptions& options) {
   if (volumes::is_volume_path(options.file)) {
     const auto source = volumes::open_volume(options.file, options.volume.options());
-    if (options.lod != 0) throw volumes::InputError(fmt::format("--lod: expected 0, a volume file has one level, found {}", options.lod));
+    if (options.lod != 0)
+      throw volumes::InputError(
+          fmt::format("--lod: expected 0, a volume file has one level, found {}", options.lod));
     const volumes::Coordinate where = require_inside(options, source->info().extent);
     std::array<std::byte, 8> voxel{};
     source->read({where, {1, 1, 1}}, voxel.data());
@@ -150,7 +158,8 @@ void at(const AtOptions& options) {
     std::uint64_t bits = 0;
     const auto found = access->at({&where, 1}, options.lod, {&bits, 1});
     if (!found) fail_on_file(options.file, found.error());
-    return fmt::print("{}\n", voxel_text(file.stream.info.type, std::as_bytes(std::span(&bits, 1)).data()));
+    return fmt::print("{}\n",
+                      voxel_text(file.stream.info.type, std::as_bytes(std::span(&bits, 1)).data()));
   }
   const volumes::VolumeInfo level = codecs::level_info(file.stream.info, options.lod);
   PickSink sink(level, {where.x >> options.lod, where.y >> options.lod, where.z >> options.lod});
@@ -182,12 +191,13 @@ int measure_error(const ErrorOptions& options) {
   const auto require_same_shape = [&](const volumes::VolumeInfo& other) {
     const volumes::VolumeInfo& info = truth->info();
     const auto shape = [](const volumes::VolumeInfo& of) {
-      const std::string steps = of.time_steps > 1 ? fmt::format(" in {} time steps", of.time_steps) : "";
+      const std::string steps =
+          of.time_steps > 1 ? fmt::format(" in {} time steps", of.time_steps) : "";
       return fmt::format("{} {}{}", to_string(of.extent), name_of(of.type), steps);
     };
     if (shape(other) == shape(info)) return;
-    throw volumes::InputError(
-        fmt::format("{}: expected {} as in {}, found {}", path, shape(info), original, shape(other)));
+    throw volumes::InputError(fmt::format("{}: expected {} as in {}, found {}", path, shape(info),
+                                          original, shape(other)));
   };
   ErrorSink sink(*truth, options.threads);
   bool lossless = truth->info().kind == volumes::VolumeKind::kLabels;
@@ -205,7 +215,8 @@ int measure_error(const ErrorOptions& options) {
     lossless = file.codec->traits().lossless;
     const auto decoder = codecs::open_decoder(file);
     if (!decoder) fail_on_file(path, decoder.error());
-    if (const auto done = (*decoder)->decode(0, options.threads, sink); !done) fail_on_file(path, done.error());
+    if (const auto done = (*decoder)->decode(0, options.threads, sink); !done)
+      fail_on_file(path, done.error());
   }
   Row report;
   report["voxels_compared"] = sink.compared();
@@ -226,19 +237,21 @@ struct InspectOptions {
 
 void add_inspection_commands(CLI::App& app, int& exit_code) {
   auto i = std::make_shared<InspectOptions>();
-  auto* inspecting = app.add_subcommand("inspect", "Tells what an encoded file (or a volume file) is");
+  auto* inspecting =
+      app.add_subcommand("inspect", "Tells what an encoded file (or a volume file) is");
   inspecting->add_option("file", i->file, "encoded or volume file")->required();
   add_volume_choices(*inspecting, i->volume);
-  inspecting->add_flag(
-      "--json", i->json,
-      "one object: codec, version, parameters, extent, type, bytes, rate in percent, breakdown, ...");
+  inspecting->add_flag("--json", i->json,
+                       "one object: codec, version, parameters, extent, type, bytes, rate in "
+                       "percent, breakdown, ...");
   inspecting->callback([i, &exit_code] {
     inspect(i->file, i->volume, i->json);
     exit_code = kExitOk;
   });
 
   auto a = std::make_shared<AtOptions>();
-  auto* single = app.add_subcommand("at", "Prints one voxel; coordinates are those of the finest level");
+  auto* single =
+      app.add_subcommand("at", "Prints one voxel; coordinates are those of the finest level");
   single->add_option("file", a->file, "encoded or volume file")->required();
   single->add_option("x", a->x, "x")->required()->check(signed_integer());
   single->add_option("y", a->y, "y")->required()->check(signed_integer());
@@ -254,12 +267,14 @@ void add_inspection_commands(CLI::App& app, int& exit_code) {
   auto* error = app.add_subcommand(
       "error",
       "Compares an encoded or volume file with the original: mismatching voxels; of scalars also "
-      "PSNR and errors, over all voxels and over the 5 % of steepest gradient. 1 where labels or a lossless codec's voxels differ");
+      "PSNR and errors, over all voxels and over the 5 % of steepest gradient. 1 where labels or a "
+      "lossless codec's voxels differ");
   error->add_option("in", e->original, "the original, a volume file")->required();
   error->add_option("file", e->file, "encoded or volume file")->required();
   error->add_option("--threads", e->threads, "threads")->check(integer_in(1, kMostThreads));
   add_volume_choices(*error, e->volume);
-  add_axes_option(*error, "--file-axes", e->file_axes, "as --axes, of the second volume; --axes is about the original");
+  add_axes_option(*error, "--file-axes", e->file_axes,
+                  "as --axes, of the second volume; --axes is about the original");
   error->add_flag("--json", e->json, "one object");
   error->callback([e, &exit_code] { exit_code = measure_error(*e); });
 }

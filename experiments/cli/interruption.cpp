@@ -54,7 +54,8 @@ void InterruptWatch::end_by(int signal_number) {
   if (const pid_t child = child_; child > 0) {
     ::kill(child, SIGTERM);
     siginfo_t ignored{};
-    while (::waitid(P_PID, static_cast<id_t>(child), &ignored, WEXITED | WNOWAIT) != 0 && errno == EINTR)
+    while (::waitid(P_PID, static_cast<id_t>(child), &ignored, WEXITED | WNOWAIT) != 0 &&
+           errno == EINTR)
       continue;
   }
   volumes::abandon_outputs();

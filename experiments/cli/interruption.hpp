@@ -8,11 +8,12 @@
 
 namespace cvr::experiments::cli {
 
-/// While one lives, SIGINT, SIGTERM and SIGHUP end the program only after its unfinished outputs are removed,
-/// and by the same signal: a shell sees 130, 143 or 129. Signals that the program was started with ignored
-/// (nohup) stay so. Removing files is more than a signal handler may do, so a thread waits for the signals,
-/// which all threads that start later do not take; commands make one before they start others. Not for
-/// commands that end their work in order when a signal comes (run).
+/// While one lives, SIGINT, SIGTERM and SIGHUP end the program only after its unfinished outputs
+/// are removed, and by the same signal: a shell sees 130, 143 or 129. Signals that the program was
+/// started with ignored (nohup) stay so. Removing files is more than a signal handler may do, so a
+/// thread waits for the signals, which all threads that start later do not take; commands make one
+/// before they start others. Not for commands that end their work in order when a signal comes
+/// (run).
 class InterruptWatch {
  public:
   InterruptWatch();

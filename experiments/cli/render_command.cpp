@@ -45,9 +45,11 @@ struct RenderCommand {
 std::pair<std::uint32_t, std::uint32_t> parse_size(const std::string& text) {
   const std::size_t cross = text.find('x');
   const auto width = volumes::parse_unsigned(text.substr(0, cross));
-  const auto height = volumes::parse_unsigned(cross == std::string::npos ? "" : text.substr(cross + 1));
+  const auto height =
+      volumes::parse_unsigned(cross == std::string::npos ? "" : text.substr(cross + 1));
   if (!width || !height || std::min(*width, *height) < 1 || std::max(*width, *height) > 16384)
-    throw volumes::InputError(fmt::format("--size: expected WIDTHxHEIGHT with each 1..16384, found '{}'", text));
+    throw volumes::InputError(
+        fmt::format("--size: expected WIDTHxHEIGHT with each 1..16384, found '{}'", text));
   return {static_cast<std::uint32_t>(*width), static_cast<std::uint32_t>(*height)};
 }
 
@@ -64,8 +66,8 @@ void check_access(const std::string& access) {
   if (gpu::find_cache(access) != nullptr) return;
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& cache : gpu::all_caches()) ids.emplace_back(cache.id);
-  throw volumes::InputError(fmt::format("--cache: expected one of {}, found '{}'{}", fmt::join(ids, ", "),
-                                        access, did_you_mean(access, ids)));
+  throw volumes::InputError(fmt::format("--cache: expected one of {}, found '{}'{}",
+                                        fmt::join(ids, ", "), access, did_you_mean(access, ids)));
 }
 
 /// Whether the file begins like an encoded one.
@@ -94,8 +96,8 @@ std::vector<std::string> outputs_of(const RenderCommand& command) {
 volumes::Buffer obtain_file(const RenderCommand& command) {
   if (is_encoded(command.in)) {
     if (!command.codec.empty() || !command.parameters.empty())
-      throw volumes::InputError(
-          fmt::format("{}: expected --codec and -p only with a volume, found an encoded file", command.in));
+      throw volumes::InputError(fmt::format(
+          "{}: expected --codec and -p only with a volume, found an encoded file", command.in));
     command.volume.require_none(command.in);
     return read_file(command.in);
   }
@@ -109,8 +111,9 @@ volumes::Buffer obtain_file(const RenderCommand& command) {
 }
 
 /// What a row says of a picture whatever is drawn.
-Row describe_picture(const RenderCommand& command, const gpu::Scene& scene, const gpu::Device& device,
-                     const codecs::OpenedFile& file, const std::vector<gpu::MemoryUse>& memory) {
+Row describe_picture(const RenderCommand& command, const gpu::Scene& scene,
+                     const gpu::Device& device, const codecs::OpenedFile& file,
+                     const std::vector<gpu::MemoryUse>& memory) {
   Row row;
   row["device"] = describe_device(device);
   row["codec"] = file.codec->traits().id;
@@ -130,7 +133,8 @@ struct Drawn {
 };
 
 gpu::Camera camera_of(const RenderCommand& command, const gpu::Scene& scene, std::uint32_t frame) {
-  return scene.path.at(command.frames == 1 ? command.part : static_cast<double>(frame) / (command.frames - 1));
+  return scene.path.at(command.frames == 1 ? command.part
+                                           : static_cast<double>(frame) / (command.frames - 1));
 }
 
 /// An encoding cannot settle only where its cache is too small for one ray.
@@ -143,15 +147,16 @@ Drawn draw(const RenderCommand& command, const gpu::Scene& scene, gpu::Renderer&
     const gpu::Settled settled = renderer.settle(camera, scene.accumulate);
     drawn.frames.push_back(settled.frames);
     if (!settled.complete) {
-      throw volumes::InputError(
-          fmt::format("--cache-mib {}: the cache cannot hold what one view needs: {} pixels incomplete",
-                      command.cache_mib, settled.incomplete));
+      throw volumes::InputError(fmt::format(
+          "--cache-mib {}: the cache cannot hold what one view needs: {} pixels incomplete",
+          command.cache_mib, settled.incomplete));
     }
     const gpu::Image image = renderer.read_image();
     const std::string file = numbered(command.out, frame, command.frames);
     gpu::write_png(file, image.width, image.height, image.rgb8());
     drawn.files.push_back(file);
-    if (!command.ids.empty()) gpu::write_label_image(numbered(command.ids, frame, command.frames), image);
+    if (!command.ids.empty())
+      gpu::write_label_image(numbered(command.ids, frame, command.frames), image);
   }
   return drawn;
 }
@@ -163,7 +168,8 @@ void report(const Row& row) {
              row["cache"].get<std::string>(), row["shading"].get<std::string>(),
              row["size"].get<std::string>());
   fmt::print(
-      "{} picture{}, {:.3f} ms the median first frame of a view, exact after at most {} frames, {:.1f} MiB "
+      "{} picture{}, {:.3f} ms the median first frame of a view, exact after at most {} frames, "
+      "{:.1f} MiB "
       "on the device\n",
       row["files"].size(), row["files"].size() == 1 ? "" : "s", row["median_ms"].get<double>(),
       row["exact_after_frames"].get<std::uint32_t>(), row["gpu_bytes"].get<double>() / (1 << 20));
@@ -172,20 +178,27 @@ void report(const Row& row) {
 }
 
 /// The range is that of the decoded volume: an encoded file alone knows no other.
-void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device& device, const codecs::OpenedFile& file,
-                    const codecs::Decoder& decoder) {
+void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device& device,
+                    const codecs::OpenedFile& file, const codecs::Decoder& decoder) {
   if (scene.transfer.empty())
-    throw volumes::InputError(fmt::format("--scene {}: expected a scene with a transfer function, which scalars need", command.scene));
-  if (!command.ids.empty()) throw volumes::InputError("--ids: expected a label volume, scalars have no labels");
+    throw volumes::InputError(
+        fmt::format("--scene {}: expected a scene with a transfer function, which scalars need",
+                    command.scene));
+  if (!command.ids.empty())
+    throw volumes::InputError("--ids: expected a label volume, scalars have no labels");
   scene.shading = gpu::Shading::kLocal;
   const codecs::ProgressiveAccess* progressive = decoder.progressive_access();
   const auto samples = decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1);
   if (!samples) fail_on_file(command.in, samples.error());
   const auto renderer = gpu::ScalarRenderer::make(device, *samples, file.stream.info,
-                                                  {.access = command.access, .cache_bytes = command.cache_mib << 20, .width = scene.width, .height = scene.height});
+                                                  {.access = command.access,
+                                                   .cache_bytes = command.cache_mib << 20,
+                                                   .width = scene.width,
+                                                   .height = scene.height});
   if (!renderer) fail_on_file(command.in, renderer.error());
   volumes::VolumeSink sink(file.stream.info);
-  if (const auto done = decoder.decode(0, command.threads, sink); !done) fail_on_file(command.in, done.error());
+  if (const auto done = decoder.decode(0, command.threads, sink); !done)
+    fail_on_file(command.in, done.error());
   (*renderer)->set_scene(scene, gpu::value_range(sink.take()));
   Drawn drawn;
   for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
@@ -219,7 +232,8 @@ void render(const RenderCommand& command) {
     return;
   }
   if (scene.materials.empty())
-    throw volumes::InputError(fmt::format("--scene {}: expected a scene with materials, which labels need", command.scene));
+    throw volumes::InputError(fmt::format(
+        "--scene {}: expected a scene with materials, which labels need", command.scene));
   const auto encoding = (*decoder)->gpu_encoding(command.brick, command.threads);
   if (!encoding) fail_on_file(command.in, encoding.error());
   gpu::RenderOptions options;
@@ -230,7 +244,8 @@ void render(const RenderCommand& command) {
   options.height = scene.height;
   const auto renderer = gpu::Renderer::make(device, *encoding, file->stream.info, options);
   if (!renderer) fail_on_file(command.in, renderer.error());
-  if (const auto shown = (*renderer)->set_scene(scene); !shown) fail_on_file(command.in, shown.error());
+  if (const auto shown = (*renderer)->set_scene(scene); !shown)
+    fail_on_file(command.in, shown.error());
   const Drawn drawn = draw(command, scene, **renderer);
   Row row = describe_picture(command, scene, device, *file, (*renderer)->memory());
   row["samples"] = scene.accumulate;
@@ -246,33 +261,43 @@ void render(const RenderCommand& command) {
 
 void add_render_command(CLI::App& app, int& exit_code) {
   auto c = std::make_shared<RenderCommand>();
-  auto* drawing =
-      app.add_subcommand("render", "Draws a volume from its encoded form, without decoding it as a whole");
-  drawing->add_option("in", c->in, "encoded file (.cvr), or a volume file, which --codec encodes first")
+  auto* drawing = app.add_subcommand(
+      "render", "Draws a volume from its encoded form, without decoding it as a whole");
+  drawing
+      ->add_option("in", c->in,
+                   "encoded file (.cvr), or a volume file, which --codec encodes first")
       ->required();
-  drawing->add_option("--scene", c->scene, "a scene of configs/scenes, or a scene file")->required();
-  drawing->add_option("-o", c->out, "PNG to write; with --frames its name gets a number")->required();
+  drawing->add_option("--scene", c->scene, "a scene of configs/scenes, or a scene file")
+      ->required();
+  drawing->add_option("-o", c->out, "PNG to write; with --frames its name gets a number")
+      ->required();
   drawing->add_option("--cache", c->access, "access mode ('list caches'; default: none)");
   drawing->add_option("--codec", c->codec, "of a volume file (default: raw)");
-  drawing->add_option("-p", c->parameters, "NAME=VALUE, a parameter of the codec")->allow_extra_args(false);
+  drawing->add_option("-p", c->parameters, "NAME=VALUE, a parameter of the codec")
+      ->allow_extra_args(false);
   add_volume_choices(*drawing, c->volume);
   drawing->add_option("--shading", c->shading, "local | shadow | ao (default: the scene's)")
       ->check(one_of({"local", "shadow", "ao"}));
   drawing->add_option("--size", c->size, "WIDTHxHEIGHT in pixels (default: the scene's)");
-  drawing->add_option("--frames", c->frames, "pictures along the camera path")->check(integer_in(1, 1000000));
+  drawing->add_option("--frames", c->frames, "pictures along the camera path")
+      ->check(integer_in(1, 1000000));
   drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single picture")
       ->check(number_in(0, 1));
   drawing
-      ->add_option("--samples", c->samples, "random rays a pixel with the shading ao (default: the scene's)")
+      ->add_option("--samples", c->samples,
+                   "random rays a pixel with the shading ao (default: the scene's)")
       ->check(integer_in(1, 65536));
-  drawing->add_option("--brick", c->brick, "edge of the bricks of a codec without bricks (default: 32)")
+  drawing
+      ->add_option("--brick", c->brick,
+                   "edge of the bricks of a codec without bricks (default: 32)")
       ->check(integer_in(2, 64));
   drawing->add_option("--cache-mib", c->cache_mib, "size of the cache (default: 256)")
       ->check(integer_in(1, 1 << 20));
   drawing->add_option("--device", c->device, "index, or part of a name or type ('list devices')");
   drawing->add_option("--ids", c->ids,
                       "file for the labels of the pixels: u64 little endian, rows from the top");
-  drawing->add_option("--threads", c->threads, "threads that encode")->check(integer_in(1, kMostThreads));
+  drawing->add_option("--threads", c->threads, "threads that encode")
+      ->check(integer_in(1, kMostThreads));
   drawing->add_flag("--json", c->json, "one object on standard output");
   drawing->callback([c, &exit_code] {
     const InterruptWatch watch;

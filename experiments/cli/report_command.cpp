@@ -28,7 +28,8 @@ struct ReportChoices {
   std::string output, figures, title, store;
 };
 
-/// The exit code of a program, 127 where there is none of that name, 128 + signal where one ended it. `quiet`: without its output.
+/// The exit code of a program, 127 where there is none of that name, 128 + signal where one ended
+/// it. `quiet`: without its output.
 int run_program(const std::vector<std::string>& words, bool quiet, InterruptWatch& watch) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -44,15 +45,20 @@ int run_program(const std::vector<std::string>& words, bool quiet, InterruptWatc
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   posix_spawnattr_setsigmask(&attributes, &watch.mask_before());
   pid_t child = -1;
-  const int error = posix_spawnp(&child, arguments.front(), &actions, &attributes, arguments.data(), environ);
+  const int error =
+      posix_spawnp(&child, arguments.front(), &actions, &attributes, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   if (error == ENOENT) return 127;
-  if (error != 0) throw EnvironmentError(fmt::format("{}: cannot start: {}", words.front(), std::strerror(error)));
+  if (error != 0)
+    throw EnvironmentError(
+        fmt::format("{}: cannot start: {}", words.front(), std::strerror(error)));
   watch.set_child(child);
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) throw EnvironmentError(fmt::format("{}: cannot wait for it: {}", words.front(), std::strerror(errno)));
+    if (errno != EINTR)
+      throw EnvironmentError(
+          fmt::format("{}: cannot wait for it: {}", words.front(), std::strerror(errno)));
   }
   watch.set_child(0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -60,16 +66,19 @@ int run_program(const std::vector<std::string>& words, bool quiet, InterruptWatc
 
 /// plots/report.py beside the installed program, or in the source tree. Throws EnvironmentError.
 std::string find_script(const fs::path& program) {
-  const std::vector<fs::path> places{program.parent_path().parent_path() / "share" / "cvrbench" / "plots" / "report.py",
-                                     fs::path(build_info::kSourceFolder) / "plots" / "report.py"};
+  const std::vector<fs::path> places{
+      program.parent_path().parent_path() / "share" / "cvrbench" / "plots" / "report.py",
+      fs::path(build_info::kSourceFolder) / "plots" / "report.py"};
   std::error_code error;
   for (const fs::path& place : places) {
     if (fs::is_regular_file(place, error)) return place.string();
   }
-  throw EnvironmentError(fmt::format("expected the report's program as {} or {}, found neither", places[0].string(), places[1].string()));
+  throw EnvironmentError(fmt::format("expected the report's program as {} or {}, found neither",
+                                     places[0].string(), places[1].string()));
 }
 
-/// A Python that has what the report needs: the first of the path, or Debian's. Throws EnvironmentError.
+/// A Python that has what the report needs: the first of the path, or Debian's. Throws
+/// EnvironmentError.
 std::string find_python(InterruptWatch& watch) {
   bool any = false;
   for (const char* python : {"python3", "/usr/bin/python3"}) {
@@ -77,8 +86,10 @@ std::string find_python(InterruptWatch& watch) {
     if (code == 0) return python;
     any = any || code != 127;
   }
-  throw EnvironmentError(any ? "expected a python3 with matplotlib and jinja2, found one without: install the Debian packages python3-matplotlib and python3-jinja2"
-                             : "expected python3, found none: install the Debian packages python3-matplotlib and python3-jinja2");
+  throw EnvironmentError(any ? "expected a python3 with matplotlib and jinja2, found one without: "
+                               "install the Debian packages python3-matplotlib and python3-jinja2"
+                             : "expected python3, found none: install the Debian packages "
+                               "python3-matplotlib and python3-jinja2");
 }
 
 /// What the report reads of results folders; the page may lie beside it.
@@ -95,29 +106,47 @@ int report(const ReportChoices& c, const Environment& environment) {
   InterruptWatch watch;
   std::error_code error;
   for (const std::string& folder : c.results) {
-    if (!fs::is_directory(folder, error)) throw volumes::InputError(fmt::format("--results {}: expected a folder with rows.jsonl, found none", folder));
+    if (!fs::is_directory(folder, error))
+      throw volumes::InputError(
+          fmt::format("--results {}: expected a folder with rows.jsonl, found none", folder));
   }
   volumes::refuse_to_replace({c.output}, inputs_of(c));
   volumes::check_output(c.output);
   const std::string program = fs::read_symlink(environment.program, error).string();
-  std::vector<std::string> words{"", "-B", find_script(program), "-o", c.output, "--program", error ? environment.program : program};
+  std::vector<std::string> words{"",
+                                 "-B",
+                                 find_script(program),
+                                 "-o",
+                                 c.output,
+                                 "--program",
+                                 error ? environment.program : program};
   for (const std::string& folder : c.results) words.insert(words.end(), {"--results", folder});
   if (!c.figures.empty()) words.insert(words.end(), {"--figures", c.figures});
   if (!c.title.empty()) words.insert(words.end(), {"--title", c.title});
-  if (const std::string store = c.store.empty() ? default_history() : c.store; fs::is_directory(store, error)) words.insert(words.end(), {"--store", store});
+  if (const std::string store = c.store.empty() ? default_history() : c.store;
+      fs::is_directory(store, error))
+    words.insert(words.end(), {"--store", store});
   words.front() = find_python(watch);
   const int code = run_program(words, false, watch);
-  return code == kExitOk || code == kExitCheckFailed || code == kExitUsage ? code : kExitEnvironment;
+  return code == kExitOk || code == kExitCheckFailed || code == kExitUsage ? code
+                                                                           : kExitEnvironment;
 }
 
 }  // namespace
 
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code) {
   auto c = std::make_shared<ReportChoices>();
-  auto* command = app.add_subcommand("report", "Makes one self-contained HTML page of results: summary, tables, claims, figures, pictures, provenance");
-  command->add_option("--results", c->results, "folders with rows.jsonl; what a run left in tables/, claims/ and pictures/ beside it is used too")->required();
+  auto* command = app.add_subcommand("report",
+                                     "Makes one self-contained HTML page of results: summary, "
+                                     "tables, claims, figures, pictures, provenance");
+  command
+      ->add_option("--results", c->results,
+                   "folders with rows.jsonl; what a run left in tables/, claims/ and pictures/ "
+                   "beside it is used too")
+      ->required();
   command->add_option("-o,--output", c->output, "the page")->required();
-  command->add_option("--figures", c->figures, "folder for each figure as PDF and SVG, one column of a paper wide");
+  command->add_option("--figures", c->figures,
+                      "folder for each figure as PDF and SVG, one column of a paper wide");
   command->add_option("--title", c->title, "heading of the page");
   command->add_option("--store", c->store, "folder of the history");
   command->callback([c, &environment, &exit_code] { exit_code = report(*c, environment); });

@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 volatile std::sig_atomic_t interrupted = 0;  ///< the signal
 timespec first_signal;
 
-/// A signal that was sent twice at once, to the process and to its group, as timeout(1) does, counts once.
+/// A signal that was sent twice at once, to the process and to its group, as timeout(1) does,
+/// counts once.
 constexpr double kOneSignal = 0.5;  // seconds
 
 extern "C" void note_interrupt(int signal_number) {
@@ -35,9 +36,11 @@ extern "C" void note_interrupt(int signal_number) {
     interrupted = signal_number;
     return;
   }
-  const double passed = static_cast<double>(now.tv_sec - first_signal.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec - first_signal.tv_nsec);
+  const double passed = static_cast<double>(now.tv_sec - first_signal.tv_sec) +
+                        1e-9 * static_cast<double>(now.tv_nsec - first_signal.tv_nsec);
   if (passed < kOneSignal) return;
-  signal(signal_number, SIG_DFL);  // its workers are killed by the system, as always when this process ends
+  signal(signal_number,
+         SIG_DFL);  // its workers are killed by the system, as always when this process ends
   raise(signal_number);
 }
 
@@ -64,7 +67,8 @@ class RunSignals {
     int number;
     struct sigaction action {};
   };
-  /// A file that reaches the limit for its size, and a worker that is gone, are errors of the write.
+  /// A file that reaches the limit for its size, and a worker that is gone, are errors of the
+  /// write.
   std::array<Former, 5> former_{{{SIGINT}, {SIGTERM}, {SIGHUP}, {SIGPIPE}, {SIGXFSZ}}};
 };
 
@@ -72,21 +76,24 @@ class RunSignals {
 std::string duration_text(double seconds) {
   const auto minutes = static_cast<std::uint64_t>(seconds / 60 + 0.5);
   if (seconds < 90) return fmt::format("{:.0f} s", seconds);
-  return minutes < 60 ? fmt::format("{} min", minutes) : fmt::format("{} h {} min", minutes / 60, minutes % 60);
+  return minutes < 60 ? fmt::format("{} min", minutes)
+                      : fmt::format("{} h {} min", minutes / 60, minutes % 60);
 }
 
 void show_progress(const Progress& progress) {
   if (isatty(STDERR_FILENO) == 0) {
     if (progress.cell_ended || progress.text.find(": preparing ") != std::string::npos) {
-      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total, volumes::printable(progress.text));
+      fmt::print(stderr, "[{}/{}] {}\n", progress.done, progress.total,
+                 volumes::printable(progress.text));
     }
     return;
   }
   constexpr std::size_t kWidth = 24;
   const std::size_t filled = progress.total == 0 ? kWidth : kWidth * progress.done / progress.total;
-  const std::string left = progress.seconds_left > 0 ? ", about " + duration_text(progress.seconds_left) + " left" : "";
-  fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{}{} {:.90}", "", filled, "", kWidth - filled, progress.done, progress.total, left,
-             volumes::printable(progress.text));
+  const std::string left =
+      progress.seconds_left > 0 ? ", about " + duration_text(progress.seconds_left) + " left" : "";
+  fmt::print(stderr, "\r\x1b[K[{:#<{}}{:-<{}}] {}/{}{} {:.90}", "", filled, "", kWidth - filled,
+             progress.done, progress.total, left, volumes::printable(progress.text));
   std::fflush(stderr);
 }
 
@@ -97,20 +104,24 @@ void add_config_options(CLI::App& command, RunChoices& c) {
       .add_option("--set", c.settings,
                   "KEY=VALUE for a top-level key with a simple value, for instance scale=1")
       ->allow_extra_args(false);
-  command.add_option("--datasets", c.datasets,
-                     "folder of data set descriptions (default: datasets beside the configuration or above)");
+  command.add_option(
+      "--datasets", c.datasets,
+      "folder of data set descriptions (default: datasets beside the configuration or above)");
 }
 
 void add_data_options(CLI::App& command, RunChoices& c) {
   command
-      .add_option("--only", c.only,
-                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
-                  "shading ..; the same key twice means either")
+      .add_option(
+          "--only", c.only,
+          "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
+          "shading ..; the same key twice means either")
       ->allow_extra_args(false);
-  command.add_option("--data", c.data,
-                     "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");
-  command.add_option("--cache", c.cache,
-                     "folder for raw copies of data sets (default: cvrbench in the user's cache folder)");
+  command.add_option(
+      "--data", c.data,
+      "folder that ${CVRBENCH_DATA} stands for (default: that environment variable)");
+  command.add_option(
+      "--cache", c.cache,
+      "folder for raw copies of data sets (default: cvrbench in the user's cache folder)");
 }
 
 Filter parse_filter(const std::vector<std::string>& only) {
@@ -118,24 +129,26 @@ Filter parse_filter(const std::vector<std::string>& only) {
   for (const std::string& text : only) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw volumes::InputError(
-          fmt::format("--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
-                      "pictures scene, cache, shading ..",
-                      text));
+      throw volumes::InputError(fmt::format(
+          "--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
+          "pictures scene, cache, shading ..",
+          text));
     }
     auto keys = line_labels();
     keys.emplace_back("stage");
     const std::string key = text.substr(0, equals);
     if (std::ranges::find(keys, key) == keys.end())
-      throw volumes::InputError(fmt::format("--only {}: expected one of the keys {}, found '{}'{}", text, fmt::join(keys, ", "), key, did_you_mean(key, keys)));
+      throw volumes::InputError(fmt::format("--only {}: expected one of the keys {}, found '{}'{}",
+                                            text, fmt::join(keys, ", "), key,
+                                            did_you_mean(key, keys)));
     filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
   return filter;
 }
 
 Config load(const RunChoices& choices, const std::string& path) {
-  Config config =
-      load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)), choices.settings);
+  Config config = load_config(path, Catalogue::from_folder(find_catalogue(choices.datasets, path)),
+                              choices.settings);
   if (!choices.device.empty()) choose_device(config, choices.device);
   return config;
 }
@@ -145,8 +158,9 @@ std::string default_out(const RunChoices& choices) {
                              : choices.out;
 }
 
-RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo,
-                   const std::string& kept, std::size_t ignored_rows) {
+RunSummary measure(const Config& config, const RunChoices& choices,
+                   const std::vector<Contender>& contenders, bool redo, const std::string& kept,
+                   std::size_t ignored_rows) {
   RunOptions options;
   options.contenders = contenders;
   options.places = {choices.data, choices.cache};
@@ -161,8 +175,9 @@ RunSummary measure(const Config& config, const RunChoices& choices, const std::v
     summary = run_config(config, options);
   }
   if (summary.total == 0)
-    throw volumes::InputError(fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
-                                          fmt::join(choices.only, " --only "), config.cells.size()));
+    throw volumes::InputError(
+        fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
+                    fmt::join(choices.only, " --only "), config.cells.size()));
   if (summary.interrupted) {
     fmt::print(stderr, "\ncvrbench: interrupted; {}\n", kept);
     const int number = interrupted;
@@ -182,25 +197,34 @@ int exit_code_of(const RunSummary& summary, const std::string& rows_path) {
     return found == summary.by_status.end() ? std::size_t{0} : found->second;
   };
   const std::size_t failed = count(kFailed);
-  const int of_failures = failed > summary.environment_failures ? kExitCheckFailed : kExitEnvironment;
+  const int of_failures =
+      failed > summary.environment_failures ? kExitCheckFailed : kExitEnvironment;
   if (count(kOk) + summary.skipped > 0) return failed == 0 ? kExitOk : of_failures;
   std::string counts, reason;
-  for (const auto& [status, number] : summary.by_status) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", number, status);
+  for (const auto& [status, number] : summary.by_status)
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", number, status);
   for (const Row& row : load_rows(rows_path)) reason = row.value("reason", "");
   const std::size_t tried = failed + count(kTimeout) + count(kOutOfMemory);
-  const int code = failed > 0 && tried == failed ? of_failures : tried > 0 || count(kDataMissing) == 0 ? kExitCheckFailed : kExitEnvironment;
-  return end_with_nothing(code, fmt::format("nothing was measured: no cell is ok ({}); the last one: {}; {} tells of each", counts,
-                                            reason.empty() ? "no reason given" : reason, rows_path));
+  const int code = failed > 0 && tried == failed           ? of_failures
+                   : tried > 0 || count(kDataMissing) == 0 ? kExitCheckFailed
+                                                           : kExitEnvironment;
+  return end_with_nothing(
+      code,
+      fmt::format("nothing was measured: no cell is ok ({}); the last one: {}; {} tells of each",
+                  counts, reason.empty() ? "no reason given" : reason, rows_path));
 }
 
 bool any_ok(const std::vector<Row>& rows) {
-  return std::ranges::any_of(rows, [](const Row& row) { return row.contains("status") && row["status"] == kOk; });
+  return std::ranges::any_of(
+      rows, [](const Row& row) { return row.contains("status") && row["status"] == kOk; });
 }
 
 std::vector<Row> rows_in(const std::string& folder) {
   const std::string path = (fs::path(folder) / "rows.jsonl").string();
   if (!fs::exists(path))
-    throw volumes::InputError(fmt::format("{}: expected the rows of a run, found no such file: 'run' writes it with --out {}", path, folder));
+    throw volumes::InputError(fmt::format(
+        "{}: expected the rows of a run, found no such file: 'run' writes it with --out {}", path,
+        folder));
   return load_rows(path);
 }
 

@@ -29,17 +29,20 @@ Config load(const RunChoices& choices, const std::string& path);
 /// out/NAME of the first configuration unless `choices` names a folder.
 std::string default_out(const RunChoices& choices);
 
-/// Runs a configuration with progress on standard error. SIGINT, SIGTERM and SIGHUP end the program, by the signal, after the workers have
-/// ended, the row files are whole, the scratch files are gone, and a word on what `kept` holds; a second signal ends it at once, and the
-/// workers with it. `redo` and `ignored_rows` as in RunOptions.
-RunSummary measure(const Config& config, const RunChoices& choices, const std::vector<Contender>& contenders, bool redo, const std::string& kept,
+/// Runs a configuration with progress on standard error. SIGINT, SIGTERM and SIGHUP end the
+/// program, by the signal, after the workers have ended, the row files are whole, the scratch files
+/// are gone, and a word on what `kept` holds; a second signal ends it at once, and the workers with
+/// it. `redo` and `ignored_rows` as in RunOptions.
+RunSummary measure(const Config& config, const RunChoices& choices,
+                   const std::vector<Contender>& contenders, bool redo, const std::string& kept,
                    std::size_t ignored_rows = 0);
 /// Clears the line of progress.
 void end_progress();
 
-/// The exit code of what was measured: 0 where a cell is ok or was done before and none has failed, 1 where one failed, 3 where failures
-/// are the device's alone. Where no cell is ok a line on standard error says why, and it is 1 where cells failed or this program supports
-/// none of them, 3 where data is missing. `rows_path`: of the rows just written.
+/// The exit code of what was measured: 0 where a cell is ok or was done before and none has failed,
+/// 1 where one failed, 3 where failures are the device's alone. Where no cell is ok a line on
+/// standard error says why, and it is 1 where cells failed or this program supports none of them, 3
+/// where data is missing. `rows_path`: of the rows just written.
 int exit_code_of(const RunSummary& summary, const std::string& rows_path);
 /// Whether any row is ok.
 bool any_ok(const std::vector<Row>& rows);

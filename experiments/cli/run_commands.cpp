@@ -48,12 +48,14 @@ void print_tables(const Config& config, const std::string& out, std::set<std::st
 
 std::string json_lines(const std::vector<Row>& rows) {
   std::string text;
-  for (const Row& row : rows) text += row.dump(-1, ' ', false, Row::error_handler_t::replace) + "\n";
+  for (const Row& row : rows)
+    text += row.dump(-1, ' ', false, Row::error_handler_t::replace) + "\n";
   return text;
 }
 
 std::string claims_text(const Config& config, const std::vector<ClaimVerdict>& verdicts) {
-  return render(claims_table(config, verdicts), TableFormat::kMarkdown) + "\n" + render(groups_table(verdicts), TableFormat::kMarkdown);
+  return render(claims_table(config, verdicts), TableFormat::kMarkdown) + "\n" +
+         render(groups_table(verdicts), TableFormat::kMarkdown);
 }
 
 void print_claims(const Config& config, const std::string& out, std::set<std::string>& names) {
@@ -68,24 +70,30 @@ void print_claims(const Config& config, const std::string& out, std::set<std::st
   write_text(folder / (name + ".jsonl"), json_lines(claims_rows(verdicts)));
 }
 
-/// Rows that are ok are kept as they are, also where they have more rounds than the configuration allows now.
+/// Rows that are ok are kept as they are, also where they have more rounds than the configuration
+/// allows now.
 void note_longer_rows(const std::vector<Config>& configs, const std::string& rows_path) {
   const auto latest = latest_by(load_rows(rows_path), "key");
   for (const Config& config : configs) {
     std::size_t longer = 0;
     for (const Cell& cell : config.cells) {
       const auto row = latest.find(cell.row_key());
-      if (row == latest.end() || row->second.value("status", "") != kOk || !row->second.contains("time")) continue;
+      if (row == latest.end() || row->second.value("status", "") != kOk ||
+          !row->second.contains("time"))
+        continue;
       longer += row->second["time"].value("rounds", std::uint64_t{0}) > config.max_rounds;
     }
     if (longer == 0) continue;
-    fmt::print(stderr, "cvrbench: {}: {} cells that are done have more rounds than max_rounds allows ({}) and are kept; --force measures them again\n",
+    fmt::print(stderr,
+               "cvrbench: {}: {} cells that are done have more rounds than max_rounds allows ({}) "
+               "and are kept; --force measures them again\n",
                volumes::printable(config.path), longer, config.max_rounds);
   }
 }
 
 int run(const Choices& choices, const Environment& environment) {
-  if (choices.resume && choices.force) throw volumes::InputError("expected --resume or --force, found both");
+  if (choices.resume && choices.force)
+    throw volumes::InputError("expected --resume or --force, found both");
   std::vector<Config> configs;
   for (const std::string& path : choices.configs) configs.push_back(load(choices, path));
   const std::string out = default_out(choices);
@@ -95,16 +103,18 @@ int run(const Choices& choices, const Environment& environment) {
   std::error_code error;
   if (!choices.resume && !choices.force && fs::exists(rows_path, error) &&
       fs::file_size(rows_path, error) > 0) {
-    throw volumes::InputError(fmt::format(
-        "{}: expected no rows yet; --resume goes on with what is not done, --force measures all again, "
-        "--out DIR writes elsewhere",
-        rows_path));
+    throw volumes::InputError(
+        fmt::format("{}: expected no rows yet; --resume goes on with what is not done, --force "
+                    "measures all again, "
+                    "--out DIR writes elsewhere",
+                    rows_path));
   }
   if (choices.resume) note_longer_rows(configs, rows_path);
   RunSummary all;
   for (const Config& config : configs) {
-    const RunSummary summary = measure(config, choices, {{environment.program, out}}, choices.force && &config == &configs.front(),
-                                       fmt::format("{} keeps what is done, --resume goes on", rows_path), rows_before);
+    const RunSummary summary = measure(
+        config, choices, {{environment.program, out}}, choices.force && &config == &configs.front(),
+        fmt::format("{} keeps what is done, --resume goes on", rows_path), rows_before);
     for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
     all.skipped += summary.skipped;
     all.environment_failures += summary.environment_failures;
@@ -122,7 +132,8 @@ int run(const Choices& choices, const Environment& environment) {
   std::string counts = all.skipped > 0 ? fmt::format("{} done before", all.skipped) : "";
   for (const auto& [status, count] : all.by_status)
     counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, status);
-  fmt::print("Cells: {}. Rows: {}. Tables: {}\n", counts, rows_path, (fs::path(out) / "tables").string());
+  fmt::print("Cells: {}. Rows: {}. Tables: {}\n", counts, rows_path,
+             (fs::path(out) / "tables").string());
   return exit_code_of(all, rows_path);
 }
 
@@ -130,11 +141,12 @@ int plan(const Choices& choices) {
   for (const std::string& path : choices.configs) {
     const Config config = load(choices, path);
     const auto rows = load_rows((fs::path(default_out(choices)) / "rows.jsonl").string());
-    const auto cells =
-        plan_cells(config, parse_filter(choices.only), {choices.data, choices.cache}, rows, choices.force);
+    const auto cells = plan_cells(config, parse_filter(choices.only), {choices.data, choices.cache},
+                                  rows, choices.force);
     if (cells.empty())
-      throw volumes::InputError(fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
-                                            fmt::join(choices.only, " --only "), config.cells.size()));
+      throw volumes::InputError(
+          fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
+                      fmt::join(choices.only, " --only "), config.cells.size()));
     std::map<Decision, std::size_t> counts;
     double seconds = 0;
     std::uint64_t memory = 0;
@@ -145,7 +157,8 @@ int plan(const Choices& choices) {
       if (!planned.reason.empty()) fmt::print("  ({})", volumes::printable(planned.reason));
       if (planned.decision == Decision::kRun) {
         fmt::print("  {} {:.1f} s, {:.0f} MiB", planned.expected_from_rows ? "as before" : "about",
-                   planned.expected_seconds, static_cast<double>(planned.expected_memory) / (1 << 20));
+                   planned.expected_seconds,
+                   static_cast<double>(planned.expected_memory) / (1 << 20));
         seconds += planned.expected_seconds;
         memory = std::max(memory, planned.expected_memory);
         modelled = modelled || !planned.expected_from_rows;
@@ -153,11 +166,14 @@ int plan(const Choices& choices) {
       fmt::print("\n");
     }
     fmt::print(
-        "{}: {} to run, {} done, {} unsupported, {} with missing data; about {:.0f} s{}, up to {:.0f} MiB a "
+        "{}: {} to run, {} done, {} unsupported, {} with missing data; about {:.0f} s{}, up to "
+        "{:.0f} MiB a "
         "process\n",
-        volumes::printable(path), counts[Decision::kRun], counts[Decision::kDone], counts[Decision::kUnsupported],
-        counts[Decision::kDataMissing], seconds,
-        modelled ? " (of cells without rows: 50 Mvoxel/s and thread, 0.5 s a round of random access)" : "",
+        volumes::printable(path), counts[Decision::kRun], counts[Decision::kDone],
+        counts[Decision::kUnsupported], counts[Decision::kDataMissing], seconds,
+        modelled
+            ? " (of cells without rows: 50 Mvoxel/s and thread, 0.5 s a round of random access)"
+            : "",
         static_cast<double>(memory) / (1 << 20));
   }
   return kExitOk;
@@ -165,11 +181,17 @@ int plan(const Choices& choices) {
 
 int claims(const Choices& choices) {
   const Config config = load(choices, choices.configs.front());
-  if (config.claims.empty()) throw volumes::InputError(fmt::format("{}: expected the key claims, found none", config.path));
+  if (config.claims.empty())
+    throw volumes::InputError(fmt::format("{}: expected the key claims, found none", config.path));
   const auto verdicts = judge_claims(config, rows_in(choices.out));
-  fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts)) : claims_text(config, verdicts));
-  if (std::ranges::any_of(verdicts, [](const ClaimVerdict& v) { return v.verdict != Verdict::kUnchecked; })) return kExitOk;
-  return end_with_nothing(kExitCheckFailed, fmt::format("{}: none of {} claims can be checked with the rows of {}", config.path, verdicts.size(), choices.out));
+  fmt::print("{}", choices.format == "jsonl" ? json_lines(claims_rows(verdicts))
+                                             : claims_text(config, verdicts));
+  if (std::ranges::any_of(verdicts,
+                          [](const ClaimVerdict& v) { return v.verdict != Verdict::kUnchecked; }))
+    return kExitOk;
+  return end_with_nothing(kExitCheckFailed,
+                          fmt::format("{}: none of {} claims can be checked with the rows of {}",
+                                      config.path, verdicts.size(), choices.out));
 }
 
 int table(const Choices& choices) {
@@ -186,15 +208,18 @@ int table(const Choices& choices) {
   }
   if (!found)
     throw volumes::InputError(
-        choices.table.empty() ? fmt::format("{}: expected the key tables, found none", config.path)
-                              : fmt::format("{}: expected a table '{}', found none{}", config.path, choices.table, volumes::did_you_mean(choices.table, names)));
+        choices.table.empty()
+            ? fmt::format("{}: expected the key tables, found none", config.path)
+            : fmt::format("{}: expected a table '{}', found none{}", config.path, choices.table,
+                          volumes::did_you_mean(choices.table, names)));
   const auto latest = latest_by(rows, "key");
   const auto is_measured = [&](const Cell& cell) {
     const auto row = latest.find(cell.row_key());
     return row != latest.end() && row->second.value("status", "") == kOk;
   };
   if (std::ranges::any_of(config.cells, is_measured)) return kExitOk;
-  return end_with_nothing(kExitCheckFailed, fmt::format("{}: no cell of {} is ok there", choices.out, config.path));
+  return end_with_nothing(kExitCheckFailed,
+                          fmt::format("{}: no cell of {} is ok there", choices.out, config.path));
 }
 
 }  // namespace
@@ -205,19 +230,23 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   c->cache = environment.cache;
 
   auto* running = app.add_subcommand(
-      "run", "Measures the cells of configurations; appends rows to DIR/rows.jsonl and prints tables");
+      "run",
+      "Measures the cells of configurations; appends rows to DIR/rows.jsonl and prints tables");
   running->add_option("configs", c->configs, "configuration files")->required();
   running->add_option("--out", c->out,
                       "folder for rows and tables (default: out/NAME of the first configuration)");
-  running->add_option("--device", c->device, "that draws: index, or part of a name or type ('list devices')");
+  running->add_option("--device", c->device,
+                      "that draws: index, or part of a name or type ('list devices')");
   running->add_flag("--resume", c->resume, "keep the rows that are ok and measure the rest");
-  running->add_flag("--force", c->force, "measure all again; new rows count, old ones stay in the file");
+  running->add_flag("--force", c->force,
+                    "measure all again; new rows count, old ones stay in the file");
   add_config_options(*running, *c);
   add_data_options(*running, *c);
   running->callback([c, &environment, &exit_code] { exit_code = run(*c, environment); });
 
   auto* planning = app.add_subcommand(
-      "plan", "Tells what run would do: cells to run, done, unsupported, without data; time and memory");
+      "plan",
+      "Tells what run would do: cells to run, done, unsupported, without data; time and memory");
   planning->add_option("configs", c->configs, "configuration files")->required();
   planning->add_option("--out", c->out, "folder whose rows count as done (default: as run)");
   planning->add_flag("--force", c->force, "as run");
@@ -235,7 +264,8 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
   add_config_options(*tabling, *c);
   tabling->callback([c, &exit_code] { exit_code = table(*c); });
 
-  auto* judging = app.add_subcommand("claims", "Prints which claims of papers a configuration's rows confirm and refute");
+  auto* judging = app.add_subcommand(
+      "claims", "Prints which claims of papers a configuration's rows confirm and refute");
   judging->add_option("config", c->configs, "configuration file")->required()->expected(1);
   judging->add_option("--results", c->out, "folder with rows.jsonl")->required();
   judging->add_option("--format", c->format, "md | jsonl")->check(one_of({"md", "jsonl"}));

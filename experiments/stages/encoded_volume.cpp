@@ -25,7 +25,8 @@ constexpr std::size_t kBlock = 1 << 16;
 
 std::uint64_t gzip_size(std::span<const std::byte> bytes) {
   z_stream stream{};
-  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
+  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();
   std::vector<Bytef> out(kBlock);
   std::uint64_t size = 0;
   std::size_t at = 0;
@@ -74,11 +75,12 @@ std::filesystem::path scratch_path(const WorkerSpec& spec) {
 /// Throws StageFailure unless a lossy file's promise is kept.
 void require_kept(std::string_view name, double recorded, double found) {
   if (std::abs(found - recorded) <= 1e-6 * recorded) return;
-  throw StageFailure(kFailed, fmt::format("{}: the file records {}, the decoded volume has {}", name, recorded, found));
+  throw StageFailure(kFailed, fmt::format("{}: the file records {}, the decoded volume has {}",
+                                          name, recorded, found));
 }
 
-Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header_bytes, const volumes::VolumeSource& truth,
-                   unsigned threads) {
+Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header_bytes,
+                   const volumes::VolumeSource& truth, unsigned threads) {
   Row steps = Row::array();
   for (unsigned step = 0; step < access.steps(); ++step) {
     ErrorSink sink(truth, threads);
@@ -87,7 +89,8 @@ Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header
     Row row;
     row["name"] = access.step_name(step);
     row["bytes"] = bytes;
-    row["bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(truth.info().extent.voxels());
+    row["bits_per_voxel"] =
+        8.0 * static_cast<double>(bytes) / static_cast<double>(truth.info().extent.voxels());
     row["psnr_db"] = finite_or_null(sink.psnr());
     row["largest_error"] = finite_or_null(sink.largest_error());
     steps.push_back(std::move(row));
@@ -99,7 +102,8 @@ Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header
 std::uint64_t gpu_bytes(const codecs::Decoder& decoder) {
   const codecs::ProgressiveAccess* progressive = decoder.progressive_access();
   std::uint64_t bytes = 0;
-  if (const auto samples = decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1)) {
+  if (const auto samples =
+          decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1)) {
     for (const codecs::GpuBuffer& buffer : samples->buffers) bytes += buffer.bytes.size();
   }
   return bytes;
@@ -110,7 +114,8 @@ Row checksums(const codecs::OpenedFile& file, const codecs::Decoder& decoder) {
   const std::byte* begin = file.stream.payload.data() - file.header_bytes;
   Row sums;
   for (const codecs::Section& section : codecs::sections_of(file, decoder))
-    sums[section.name] = fmt::format("{:016x}", XXH3_64bits(begin + section.begin, section.end - section.begin));
+    sums[section.name] =
+        fmt::format("{:016x}", XXH3_64bits(begin + section.begin, section.end - section.begin));
   return sums;
 }
 
@@ -120,7 +125,8 @@ double percent(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
-Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std::uint32_t bytes_per_voxel) {
+Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
+                  std::uint32_t bytes_per_voxel) {
   const volumes::VolumeInfo& info = file.stream.info;
   const std::uint64_t voxels = info.extent.voxels();
   const std::uint64_t accounted = bytes_per_voxel == 0 ? size_of(info.type) : bytes_per_voxel;
@@ -185,10 +191,10 @@ codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSourc
       return bytes;
   }
   const codecs::Codec& codec = *codecs::find_codec(spec.codec);
-  const auto parameters =
-      checked(codecs::Parameters::parse(codec.parameters(), codecs::split_canonical(spec.parameters)));
-  auto encoded =
-      checked(codecs::encode(codec, source, parameters, std::max(1u, std::thread::hardware_concurrency())));
+  const auto parameters = checked(
+      codecs::Parameters::parse(codec.parameters(), codecs::split_canonical(spec.parameters)));
+  auto encoded = checked(
+      codecs::encode(codec, source, parameters, std::max(1u, std::thread::hardware_concurrency())));
   leave_in_scratch(spec, encoded.bytes.bytes());
   return std::move(encoded.bytes);
 }
@@ -200,22 +206,25 @@ Row describe_recorded(const codecs::RecordedError& recorded) {
   return row;
 }
 
-void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth, unsigned threads, Row& parts) {
+void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth, unsigned threads,
+            Row& parts) {
   const auto file = checked(codecs::open_file(bytes));
   const auto decoder = checked(codecs::open_decoder(file));
   const std::uint64_t voxels = truth.info().extent.voxels();
   const auto report = [&](std::uint64_t compared, std::uint64_t mismatches) {
     parts["verification"]["voxels_compared"] = compared;
     parts["verification"]["mismatches"] = mismatches;
-    if (compared != voxels) throw StageFailure(kFailed, fmt::format("decoding delivered {} of {} voxels", compared, voxels));
+    if (compared != voxels)
+      throw StageFailure(kFailed,
+                         fmt::format("decoding delivered {} of {} voxels", compared, voxels));
   };
   if (file.codec->traits().lossless) {
     volumes::CompareSink sink(truth);
     checked(decoder->decode(0, threads, sink));
     report(sink.compared(), sink.mismatches());
     if (sink.mismatches() == 0) return;
-    throw StageFailure(kFailed,
-                       fmt::format("{} of {} decoded voxels differ from the original", sink.mismatches(), sink.compared()));
+    throw StageFailure(kFailed, fmt::format("{} of {} decoded voxels differ from the original",
+                                            sink.mismatches(), sink.compared()));
   }
   ErrorSink sink(truth, threads);
   checked(decoder->decode(0, threads, sink));
@@ -226,14 +235,17 @@ void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth
   parts["error"]["recorded"] = describe_recorded(*recorded);
   require_kept("largest error", recorded->largest, sink.largest_error());
   require_kept("mean squared error", recorded->mean_squared, sink.mean_squared_error());
-  if (const auto* access = decoder->progressive_access()) parts["steps"] = describe_steps(*access, file.header_bytes, truth, threads);
+  if (const auto* access = decoder->progressive_access())
+    parts["steps"] = describe_steps(*access, file.header_bytes, truth, threads);
 }
 
-void verify_once(const WorkerSpec& spec, std::span<const std::byte> bytes, const volumes::VolumeSource& truth, Row& parts) {
+void verify_once(const WorkerSpec& spec, std::span<const std::byte> bytes,
+                 const volumes::VolumeSource& truth, Row& parts) {
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
   if (spec.scratch.empty()) return verify(bytes, truth, cores, parts);
   const auto path = std::filesystem::path(spec.scratch) /
-                    fmt::format("{}-{:016x}.verified", spec.location.identity, XXH3_64bits(bytes.data(), bytes.size()));
+                    fmt::format("{}-{:016x}.verified", spec.location.identity,
+                                XXH3_64bits(bytes.data(), bytes.size()));
   Row found;
   if (std::ifstream in(path); in) found = Row::parse(in, nullptr, false);
   if (!found.is_object()) {

@@ -9,35 +9,42 @@
 
 namespace cvr::experiments {
 
-/// Rates in percent of the original: `rate` of the whole file against the stored type, `published_rate` of
-/// the published bytes against `bytes_per_voxel` (0: the stored type); bits_per_voxel; breakdown; of lossy codecs that a GPU decodes
-/// gpu_bytes and gpu_bits_per_voxel; where the parameters promise an error the bound, and bound_kept, whether the encoder kept it. Throws StageFailure if the breakdown does not sum.
-Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes, std::uint32_t bytes_per_voxel);
+/// Rates in percent of the original: `rate` of the whole file against the stored type,
+/// `published_rate` of the published bytes against `bytes_per_voxel` (0: the stored type);
+/// bits_per_voxel; breakdown; of lossy codecs that a GPU decodes gpu_bytes and gpu_bits_per_voxel;
+/// where the parameters promise an error the bound, and bound_kept, whether the encoder kept it.
+/// Throws StageFailure if the breakdown does not sum.
+Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
+                  std::uint32_t bytes_per_voxel);
 
 /// Adds rate_gzip and rate_xz: the file through gzip -6 and xz -6.
 void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes, Row& size);
 
-/// Reads the encoded file that an earlier stage of this run left in the scratch folder, or encodes on all
-/// cores and leaves it.
+/// Reads the encoded file that an earlier stage of this run left in the scratch folder, or encodes
+/// on all cores and leaves it.
 codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSource& source);
 void leave_in_scratch(const WorkerSpec& spec, std::span<const std::byte> file);
-/// Writes a file of the scratch folder whole or not at all: one that cannot be written costs the next cell its making, nothing else.
+/// Writes a file of the scratch folder whole or not at all: one that cannot be written costs the
+/// next cell its making, nothing else.
 void keep_in_scratch(const std::filesystem::path& path, std::string_view content);
 
-/// Decodes the finest level against the truth and adds "verification" to `parts`, of lossy codecs also "error" with what the encoder
-/// recorded, and "steps", the bytes and PSNR of the steps of a progressive decoder. Throws StageFailure when a lossless codec's voxels
-/// differ, or a lossy codec's errors are not those that it recorded.
-void verify(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads, Row& parts);
+/// Decodes the finest level against the truth and adds "verification" to `parts`, of lossy codecs
+/// also "error" with what the encoder recorded, and "steps", the bytes and PSNR of the steps of a
+/// progressive decoder. Throws StageFailure when a lossless codec's voxels differ, or a lossy
+/// codec's errors are not those that it recorded.
+void verify(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads,
+            Row& parts);
 
-/// The same on all cores, once a run for the same bytes of the same volume: what it has found is left in the scratch folder. For stages
-/// whose cells share encodings.
-void verify_once(const WorkerSpec& spec, std::span<const std::byte> file, const volumes::VolumeSource& truth, Row& parts);
+/// The same on all cores, once a run for the same bytes of the same volume: what it has found is
+/// left in the scratch folder. For stages whose cells share encodings.
+void verify_once(const WorkerSpec& spec, std::span<const std::byte> file,
+                 const volumes::VolumeSource& truth, Row& parts);
 
 /// {largest_error, mean_squared_error}.
 Row describe_recorded(const codecs::RecordedError& recorded);
 
-/// The original with one voxel changed: the test fault "mismatch" encodes it, so that the comparison must
-/// fail.
+/// The original with one voxel changed: the test fault "mismatch" encodes it, so that the
+/// comparison must fail.
 class AlteredSource final : public volumes::VolumeSource {
  public:
   explicit AlteredSource(const volumes::VolumeSource& truth) : truth_(truth) {}

@@ -1,10 +1,12 @@
-// Single voxels: ns a voxel for uniform, clustered and, of labels, one-label points, for each level of detail. A codec that decodes
-// no single voxels answers by its bricks: a point decodes the brick it lies in, unless it is that of the point before.
+// Single voxels: ns a voxel for uniform, clustered and, of labels, one-label points, for each level
+// of detail. A codec that decodes no single voxels answers by its bricks: a point decodes the brick
+// it lies in, unless it is that of the point before.
 //
-// One thread: latency is what is asked. Each round times every series once. The number of points is the same
-// for all series of a cell: 1000 by bricks, else 1e5, and more where a codec is so fast that a round would take less than about 50 ms. What
-// is known of the codec decides, not a clock, so the points and the memory that they take are the same in every run. Voxels are checked before: level 0 of lossless codecs against the original, others against the decoded
-// level.
+// One thread: latency is what is asked. Each round times every series once. The number of points is
+// the same for all series of a cell: 1000 by bricks, else 1e5, and more where a codec is so fast
+// that a round would take less than about 50 ms. What is known of the codec decides, not a clock,
+// so the points and the memory that they take are the same in every run. Voxels are checked before:
+// level 0 of lossless codecs against the original, others against the decoded level.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,9 +35,11 @@ struct PointSet {
 /// Single voxels of a codec that decodes whole bricks: the last brick is kept.
 class ByBricks final : public codecs::VoxelAccess {
  public:
-  ByBricks(const codecs::BrickAccess& bricks, const volumes::VolumeInfo& info) : bricks_(bricks), info_(info) {}
+  ByBricks(const codecs::BrickAccess& bricks, const volumes::VolumeInfo& info)
+      : bricks_(bricks), info_(info) {}
 
-  volumes::Expected<void> at(std::span<const volumes::Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {
+  volumes::Expected<void> at(std::span<const volumes::Coordinate> points, unsigned lod,
+                             std::span<std::uint64_t> labels) const override {
     const volumes::Extent size = bricks_.brick_size();
     const volumes::Extent side = codecs::level_extent(size, lod);
     const volumes::Extent level = codecs::level_extent(info_.extent, lod);
@@ -51,7 +55,8 @@ class ByBricks final : public codecs::VoxelAccess {
       const volumes::Coordinate first{brick.x * side.x, brick.y * side.y, brick.z * side.z};
       const std::uint64_t row = std::min(side.x, level.x - first.x);
       const std::uint64_t plane = row * std::min(side.y, level.y - first.y);
-      const std::uint64_t at = (p.x >> lod) - first.x + row * ((p.y >> lod) - first.y) + plane * ((p.z >> lod) - first.z);
+      const std::uint64_t at = (p.x >> lod) - first.x + row * ((p.y >> lod) - first.y) +
+                               plane * ((p.z >> lod) - first.z);
       labels[i] = 0;
       std::memcpy(&labels[i], voxels.data() + at * size_of(info_.type), size_of(info_.type));
     }
@@ -65,7 +70,8 @@ class ByBricks final : public codecs::VoxelAccess {
 
 class RandomAccessRun final : public StageRun {
  public:
-  RandomAccessRun(const WorkerSpec& spec, const volumes::VolumeSource& truth) : spec_(spec), truth_(truth) {}
+  RandomAccessRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
+      : spec_(spec), truth_(truth) {}
 
   Row prepare() override {
     const AlteredSource altered(truth_);
@@ -79,16 +85,18 @@ class RandomAccessRun final : public StageRun {
       by_bricks_.emplace(*decoder_->brick_access(), truth_.info());
       access_ = &*by_bricks_;
     }
-    if (access_ == nullptr) throw StageFailure(kUnsupported, "no access to single voxels or bricks");
+    if (access_ == nullptr)
+      throw StageFailure(kUnsupported, "no access to single voxels or bricks");
     Row parts;
     verify(bytes_.bytes(), truth_, spec_.threads, parts);
     parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
     for (unsigned lod = 0; lod < decoder_->levels(); ++lod) {
-      if (spec_.lods.empty() || std::ranges::find(spec_.lods, lod) != spec_.lods.end()) lods_.push_back(lod);
+      if (spec_.lods.empty() || std::ranges::find(spec_.lods, lod) != spec_.lods.end())
+        lods_.push_back(lod);
     }
     if (lods_.empty())
-      throw StageFailure(kUnsupported,
-                         fmt::format("has {} levels of detail, none was asked for", decoder_->levels()));
+      throw StageFailure(kUnsupported, fmt::format("has {} levels of detail, none was asked for",
+                                                   decoder_->levels()));
     make_points();
     parts["verification"]["points_compared"] = check_points();
     parts["points_per_series"] = labels_.size();
@@ -112,10 +120,11 @@ class RandomAccessRun final : public StageRun {
  private:
   void make_points() {
     const volumes::Extent& extent = truth_.info().extent;
-    const codecs::MemoryEstimate known =
-        codecs::estimate_memory(*file_->codec, truth_.info(), file_->stream.parameters, spec_.threads);
+    const codecs::MemoryEstimate known = codecs::estimate_memory(
+        *file_->codec, truth_.info(), file_->stream.parameters, spec_.threads);
     const double series = 3.0 * static_cast<double>(lods_.size());
-    const double wanted = std::clamp(kRoundNs / (known.access_ns * series), kLeastPoints, kMostPoints);
+    const double wanted =
+        std::clamp(kRoundNs / (known.access_ns * series), kLeastPoints, kMostPoints);
     const auto count = static_cast<std::uint64_t>(by_bricks_ ? kPointsByBricks : wanted);
     sets_.push_back({"uniform", uniform_points(extent, spec_.seed, count)});
     sets_.push_back({"clustered", clustered_points(extent, spec_.seed, count)});
@@ -139,7 +148,8 @@ class RandomAccessRun final : public StageRun {
         checked(access_->at(set.points, lod, labels_));
         const auto expected =
             original ? labels_at(truth_, set.points) : labels_of_level(*level, lod, set.points);
-        for (std::size_t i = 0; i < expected.size(); ++i) mismatches += expected[i] != labels_[i] ? 1 : 0;
+        for (std::size_t i = 0; i < expected.size(); ++i)
+          mismatches += expected[i] != labels_[i] ? 1 : 0;
         compared += expected.size();
       }
     }
@@ -149,8 +159,8 @@ class RandomAccessRun final : public StageRun {
     return compared;
   }
 
-  static std::vector<std::uint64_t> labels_of_level(const volumes::Volume& level, unsigned lod,
-                                                    const std::vector<volumes::Coordinate>& points) {
+  static std::vector<std::uint64_t> labels_of_level(
+      const volumes::Volume& level, unsigned lod, const std::vector<volumes::Coordinate>& points) {
     std::vector<volumes::Coordinate> nodes;
     for (const auto& p : points) nodes.push_back({p.x >> lod, p.y >> lod, p.z >> lod});
     return labels_at(volumes::MemorySource(level), nodes);
@@ -170,7 +180,8 @@ class RandomAccessRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_random_access_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_random_access_run(const WorkerSpec& spec,
+                                                 const volumes::VolumeSource& truth) {
   return std::make_unique<RandomAccessRun>(spec, truth);
 }
 

@@ -1,14 +1,17 @@
 // Pictures of the volume from its encoded form, on a Vulkan device.
 //
-// Checked first, at three cameras of the path: once settled, labels and colours must be exactly those of the codec `raw` without a
-// cache on this device, and the labels those of the reference in double precision but for near-ties (gpu/IMAGE.md), of which there
-// may be one, and one more in every 10^5 pixels. Colours may differ from the reference's in one pixel of 10^4. What is counted (cells read and decoded, words touched) comes from a second
-// renderer, whose kernels count; the timed one does not.
+// Checked first, at three cameras of the path: once settled, labels and colours must be exactly
+// those of the codec `raw` without a cache on this device, and the labels those of the reference in
+// double precision but for near-ties (gpu/IMAGE.md), of which there may be one, and one more in
+// every 10^5 pixels. Colours may differ from the reference's in one pixel of 10^4. What is counted
+// (cells read and decoded, words touched) comes from a second renderer, whose kernels count; the
+// timed one does not.
 //
-// A round is the camera path once, from an empty cache: for each camera ao_samples frames. Then, where held_frames are asked for, the
-// camera stands still at the scene's held view: the picture is settled, kFillingFrames more frames let the cache take in what was pushed
-// out by others on the way, and the held frames are timed. Each starts anew with the first sample, so all trace the same rays.
-// Times are those of the device's timestamps, pass by pass.
+// A round is the camera path once, from an empty cache: for each camera ao_samples frames. Then,
+// where held_frames are asked for, the camera stands still at the scene's held view: the picture is
+// settled, kFillingFrames more frames let the cache take in what was pushed out by others on the
+// way, and the held frames are timed. Each starts anew with the first sample, so all trace the same
+// rays. Times are those of the device's timestamps, pass by pass.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +34,7 @@ constexpr double kErrorPart =
     0.37;  ///< where pictures with fewer levels or samples are compared with the best
 constexpr std::uint32_t kBestSamples = 256;  ///< of the best picture with random rays
 constexpr std::uint32_t kCheckedSamples =
-    4;                                     ///< at most; more would make the check longer than the measurement
+    4;  ///< at most; more would make the check longer than the measurement
 constexpr double kNearTiesAllowed = 1e-5;  ///< of the pixels
 constexpr double kOtherColoursAllowed =
     1e-4;  ///< of the pixels: secondary rays have near-ties that nobody looks for
@@ -51,7 +54,8 @@ class RenderRun final : public StageRun {
 
   Row prepare() override {
     if (scene_.materials.empty())
-      throw StageFailure(kUnsupported, fmt::format("scene {} has no materials, which labels need", scene_.name));
+      throw StageFailure(kUnsupported,
+                         fmt::format("scene {} has no materials, which labels need", scene_.name));
     device_ = std::make_unique<gpu::Device>(gpu::DeviceOptions{.choice = choice_.device});
     const AlteredSource altered(truth_);
     const volumes::VolumeSource& source =
@@ -72,7 +76,8 @@ class RenderRun final : public StageRun {
     check_pictures(truth, parts);
     if (choice_.keep_pictures) {
       settle(held_shot());
-      parts["pictures"] = keep_pictures(spec_, truth.reference(held_shot()), renderer_->read_image());
+      parts["pictures"] =
+          keep_pictures(spec_, truth.reference(held_shot()), renderer_->read_image());
     }
     measure_jump(truth, parts);
     measure_error(truth, parts);
@@ -117,7 +122,8 @@ class RenderRun final : public StageRun {
     for (std::uint32_t frame = 0; frame < kFillingFrames; ++frame) renderer.render(held_camera());
   }
 
-  std::unique_ptr<gpu::Renderer> make_renderer(const codecs::GpuEncoding& encoding, bool instrumented) {
+  std::unique_ptr<gpu::Renderer> make_renderer(const codecs::GpuEncoding& encoding,
+                                               bool instrumented) {
     gpu::RenderOptions options;
     options.access = choice_.access;
     if (choice_.cache_mib > 0) options.cache_bytes = choice_.cache_mib << 20;
@@ -140,8 +146,8 @@ class RenderRun final : public StageRun {
     const gpu::Settled settled = renderer_->settle(scene_.path.at(shot.part), shot.samples);
     if (!settled.complete) {
       throw StageFailure(
-          kFailed,
-          fmt::format("the cache cannot hold what one view needs: {} pixels incomplete", settled.incomplete));
+          kFailed, fmt::format("the cache cannot hold what one view needs: {} pixels incomplete",
+                               settled.incomplete));
     }
     return settled;
   }
@@ -160,17 +166,20 @@ class RenderRun final : public StageRun {
     if (differing > near_ties) {
       throw StageFailure(
           kFailed,
-          fmt::format("{} of {} pixels have labels other than those of the reference, {} of them near-ties",
-                      differing, pixels, near_ties));
+          fmt::format(
+              "{} of {} pixels have labels other than those of the reference, {} of them near-ties",
+              differing, pixels, near_ties));
     }
     if (near_ties > allowed(kNearTiesAllowed, pixels)) {
-      throw StageFailure(kFailed, fmt::format("{} of {} pixels are near-ties, more than 1 and one in 10^5",
-                                              near_ties, pixels));
+      throw StageFailure(kFailed,
+                         fmt::format("{} of {} pixels are near-ties, more than 1 and one in 10^5",
+                                     near_ties, pixels));
     }
     if (colours > near_ties + allowed(kOtherColoursAllowed, pixels)) {
       throw StageFailure(
-          kFailed, fmt::format("{} of {} pixels have colours other than those of the reference, by up to {}",
-                               colours, pixels, largest));
+          kFailed,
+          fmt::format("{} of {} pixels have colours other than those of the reference, by up to {}",
+                      colours, pixels, largest));
     }
     Row& verification = parts["verification"];
     verification["pixels_compared"] = pixels;
@@ -190,15 +199,17 @@ class RenderRun final : public StageRun {
     const gpu::ImageDifference from_raw = gpu::compare(truth.raw(shot), image);
     if (!from_raw.identical()) {
       throw StageFailure(
-          kFailed, fmt::format("at part {} of the path the picture is not that of codec raw: {} of {} labels "
-                               "differ, colours by up to {}",
-                               shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
+          kFailed,
+          fmt::format(
+              "at part {} of the path the picture is not that of codec raw: {} of {} labels "
+              "differ, colours by up to {}",
+              shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
     }
     errors.add(truth.errors_of_raw(shot));  // which is the same picture
   }
 
-  /// A frame of the held view as it is timed: drawn whole from the filled cache. Where the cache is too small for that, some pixels
-  /// stay incomplete, and the row says how many.
+  /// A frame of the held view as it is timed: drawn whole from the filled cache. Where the cache is
+  /// too small for that, some pixels stay incomplete, and the row says how many.
   void check_held(RenderTruth& truth, PictureErrors& errors, Row& parts) {
     const gpu::Settled settled = settle(held_shot());
     fill_cache(*renderer_);
@@ -210,7 +221,8 @@ class RenderRun final : public StageRun {
     if (frame.incomplete == 0) compare_picture(truth, held_shot(), errors);
   }
 
-  /// The first frames after the camera has jumped to a view that the cache has not seen, compared with the truth.
+  /// The first frames after the camera has jumped to a view that the cache has not seen, compared
+  /// with the truth.
   void measure_jump(RenderTruth& truth, Row& parts) {
     if (choice_.jump_frames == 0) return;
     settle({kJumpFrom, 1, scene_.lod_bias});
@@ -228,12 +240,14 @@ class RenderRun final : public StageRun {
     parts["jump"]["pixels"] = expected.pixels();
   }
 
-  /// Levels of detail and few samples as an error of the picture: against level bias 0 and many samples.
+  /// Levels of detail and few samples as an error of the picture: against level bias 0 and many
+  /// samples.
   void measure_error(RenderTruth& truth, Row& parts) {
     if (!choice_.picture_error) return;
     const Shot best{kErrorPart, choice_.shading == gpu::Shading::kAo ? kBestSamples : 1, 0};
     settle({kErrorPart, choice_.ao_samples, scene_.lod_bias});
-    const gpu::ImageDifference difference = gpu::compare(truth.reference(best), renderer_->read_image());
+    const gpu::ImageDifference difference =
+        gpu::compare(truth.reference(best), renderer_->read_image());
     Row& error = parts["picture_error"];
     error["psnr_db"] = psnr_or_null(difference);
     error["ssim"] = difference.ssim;
@@ -242,7 +256,8 @@ class RenderRun final : public StageRun {
     error["samples_of_truth"] = best.samples;
   }
 
-  /// Counters of the whole path, and of three exact pictures from an empty cache beside the work that these need at least.
+  /// Counters of the whole path, and of three exact pictures from an empty cache beside the work
+  /// that these need at least.
   void count_work(RenderTruth& truth, const codecs::GpuEncoding& encoding, Row& parts) {
     const auto counting = make_renderer(encoding, true);
     show_scene(*counting);
@@ -265,14 +280,15 @@ class RenderRun final : public StageRun {
     row["cells_read"] = first["cells_read"];
     row["cells_decoded"] = first["cells_decoded"];
     row["bytes_touched"] = 4 * first["words_touched"];
-    row["decoded_over_needed"] =
-        needed.distinct_cells == 0
-            ? Row(nullptr)
-            : Row(static_cast<double>(first["cells_decoded"]) / static_cast<double>(needed.distinct_cells));
+    row["decoded_over_needed"] = needed.distinct_cells == 0
+                                     ? Row(nullptr)
+                                     : Row(static_cast<double>(first["cells_decoded"]) /
+                                           static_cast<double>(needed.distinct_cells));
     if (choice_.count_path) {
       counting->clear_cache();
       counting->clear_counters();
-      for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) counting->render(scene_.camera(frame));
+      for (std::uint32_t frame = 0; frame < scene_.frames; ++frame)
+        counting->render(scene_.camera(frame));
       for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
     }
     if (choice_.held_frames > 0) count_held(*counting, parts["held"]);
@@ -302,7 +318,8 @@ class RenderRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_render_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_render_run(const WorkerSpec& spec,
+                                          const volumes::VolumeSource& truth) {
   if (!spec.render) throw StageFailure(kFailed, "a render stage without its choices");
   return std::make_unique<RenderRun>(spec, truth);
 }

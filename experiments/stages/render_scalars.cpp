@@ -1,9 +1,11 @@
 // Pictures of a scalar volume from its encoded form, on a Vulkan device.
 //
-// Checked first, at three cameras of the path: the picture must be that of the reference in double precision of the decoded volume, to
-// kLeastPsnr. The error that the codec makes in pictures is measured apart, against the reference of the original ("picture_error").
+// Checked first, at three cameras of the path: the picture must be that of the reference in double
+// precision of the decoded volume, to kLeastPsnr. The error that the codec makes in pictures is
+// measured apart, against the reference of the original ("picture_error").
 //
-// A round is the camera path once, then the held view. There is no cache that could be filled: each frame does the whole work.
+// A round is the camera path once, then the held view. There is no cache that could be filled: each
+// frame does the whole work.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +23,8 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr double kLeastPsnr = 60;  ///< dB, of single against double precision; a wrong voxel value shows long before
+constexpr double kLeastPsnr =
+    60;  ///< dB, of single against double precision; a wrong voxel value shows long before
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
@@ -48,18 +51,24 @@ class ScalarRenderRun final : public StageRun {
 
   Row prepare() override {
     if (scene_.transfer.empty())
-      throw StageFailure(kUnsupported, fmt::format("scene {} has no transfer function, which scalars need", scene_.name));
+      throw StageFailure(
+          kUnsupported,
+          fmt::format("scene {} has no transfer function, which scalars need", scene_.name));
     device_ = std::make_unique<gpu::Device>(gpu::DeviceOptions{.choice = choice_.device});
     const codecs::Buffer bytes = obtain_encoded(spec_, truth_);
     const auto file = checked(codecs::open_file(bytes.bytes()));
     const auto decoder = checked(codecs::open_decoder(file));
     const codecs::ProgressiveAccess* progressive = decoder->progressive_access();
     if (choice_.step && (progressive == nullptr || *choice_.step >= progressive->steps())) {
-      throw StageFailure(kUnsupported, fmt::format("step {}: the encoding has {}", *choice_.step,
-                                                   progressive == nullptr ? 1 : progressive->steps()));
+      throw StageFailure(kUnsupported,
+                         fmt::format("step {}: the encoding has {}", *choice_.step,
+                                     progressive == nullptr ? 1 : progressive->steps()));
     }
-    const unsigned step = choice_.step ? *choice_.step : progressive == nullptr ? 0 : progressive->steps() - 1;
-    renderer_ = checked(gpu::ScalarRenderer::make(*device_, checked(decoder->gpu_samples(step)), truth_.info(),
+    const unsigned step = choice_.step             ? *choice_.step
+                          : progressive == nullptr ? 0
+                                                   : progressive->steps() - 1;
+    renderer_ = checked(gpu::ScalarRenderer::make(*device_, checked(decoder->gpu_samples(step)),
+                                                  truth_.info(),
                                                   {.access = choice_.access,
                                                    .cache_bytes = choice_.cache_mib << 20,
                                                    .width = choice_.width,
@@ -69,18 +78,23 @@ class ScalarRenderRun final : public StageRun {
     renderer_->set_scene(scene_, range);
 
     volumes::VolumeSink sink(truth_.info());
-    checked(progressive == nullptr ? decoder->decode(0, cores(), sink) : progressive->decode_step(step, cores(), sink));
+    checked(progressive == nullptr ? decoder->decode(0, cores(), sink)
+                                   : progressive->decode_step(step, cores(), sink));
     Row parts;
     parts["device"] = describe_device(*device_);
     parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
     if (progressive != nullptr) {
-      parts["step"] = {{"name", progressive->step_name(step)}, {"bytes", progressive->step_bytes(step)}};
+      parts["step"] = {{"name", progressive->step_name(step)},
+                       {"bytes", progressive->step_bytes(step)}};
     }
-    for (const auto& [name, seconds] : renderer_->start_parts()) parts["start"][name + "_s"] = seconds;
+    for (const auto& [name, seconds] : renderer_->start_parts())
+      parts["start"][name + "_s"] = seconds;
     check_pictures(original, sink.take(), range, parts);
     if (choice_.keep_pictures) {
       renderer_->render(held_camera());
-      parts["pictures"] = keep_pictures(spec_, gpu::render_scalars(original, scene_, range, held_camera(), cores()), renderer_->read_image());
+      parts["pictures"] =
+          keep_pictures(spec_, gpu::render_scalars(original, scene_, range, held_camera(), cores()),
+                        renderer_->read_image());
     }
     parts["memory"] = describe_memory(renderer_->memory());
     return parts;
@@ -105,7 +119,8 @@ class ScalarRenderRun final : public StageRun {
  private:
   gpu::Camera held_camera() const { return scene_.path.at(scene_.path.part_of(scene_.held)); }
 
-  void check_pictures(const volumes::Volume& original, const volumes::Volume& decoded, const gpu::ValueRange& range, Row& parts) {
+  void check_pictures(const volumes::Volume& original, const volumes::Volume& decoded,
+                      const gpu::ValueRange& range, Row& parts) {
     PictureErrors renderer, codec;
     std::uint64_t voxels = 0;
     for (const double part : kCheckedParts) {
@@ -115,7 +130,8 @@ class ScalarRenderRun final : public StageRun {
       const gpu::ImageDifference difference =
           gpu::compare(gpu::render_scalars(decoded, scene_, range, camera, cores()), image);
       if (difference.mse > 0 && difference.psnr < kLeastPsnr) {
-        throw StageFailure(kFailed, fmt::format("at part {} of the path the picture is {:.1f} dB from that of the reference, {:.0f} "
+        throw StageFailure(kFailed, fmt::format("at part {} of the path the picture is {:.1f} dB "
+                                                "from that of the reference, {:.0f} "
                                                 "at least were expected",
                                                 part, difference.psnr, kLeastPsnr));
       }
@@ -142,7 +158,8 @@ class ScalarRenderRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_scalar_render_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_scalar_render_run(const WorkerSpec& spec,
+                                                 const volumes::VolumeSource& truth) {
   if (!spec.render) throw StageFailure(kFailed, "a render stage without its choices");
   return std::make_unique<ScalarRenderRun>(spec, truth);
 }

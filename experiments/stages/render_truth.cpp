@@ -31,8 +31,8 @@ void put(std::string& out, const std::vector<T>& values) {
 template <class T>
 bool get(std::ifstream& in, std::vector<T>& values, std::size_t count) {
   values.resize(count);
-  return static_cast<bool>(
-      in.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(count * sizeof(T))));
+  return static_cast<bool>(in.read(reinterpret_cast<char*>(values.data()),
+                                   static_cast<std::streamsize>(count * sizeof(T))));
 }
 
 std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
@@ -48,8 +48,8 @@ std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
 
 }  // namespace
 
-RenderTruth::RenderTruth(const WorkerSpec& spec, const volumes::VolumeSource& truth, const gpu::Scene& scene,
-                         gpu::Device& device)
+RenderTruth::RenderTruth(const WorkerSpec& spec, const volumes::VolumeSource& truth,
+                         const gpu::Scene& scene, gpu::Device& device)
     : spec_(spec), truth_(truth), scene_(scene), device_(device) {}
 
 gpu::Scene RenderTruth::scene_at(const Shot& shot) const {
@@ -69,9 +69,9 @@ const gpu::ReferenceRenderer& RenderTruth::renderer() {
 std::string RenderTruth::file_of(const Shot& shot, const std::string& kind) const {
   const RenderChoice& choice = *spec_.render;
   const std::string text =
-      fmt::format("{}|{}|{}|{}|{}x{}|{}|{}|{}|{}|{}", kind, spec_.location.identity, choice.scene_hash,
-                  gpu::name_of(choice.shading), choice.width, choice.height, choice.brick, shot.part,
-                  shot.samples, shot.lod_bias, choice.device);
+      fmt::format("{}|{}|{}|{}|{}x{}|{}|{}|{}|{}|{}", kind, spec_.location.identity,
+                  choice.scene_hash, gpu::name_of(choice.shading), choice.width, choice.height,
+                  choice.brick, shot.part, shot.samples, shot.lod_bias, choice.device);
   return fmt::format("{:016x}.picture", XXH3_64bits(text.data(), text.size()));
 }
 
@@ -98,7 +98,8 @@ void RenderTruth::save(const std::string& file, const Picture& picture) const {
   put(content, picture.image.colour);
   put(content, picture.image.labels);
   put(content, picture.image.complete);
-  put(content, std::vector{picture.needed.visits, picture.needed.distinct_cells, picture.needed.distinct_bricks});
+  put(content, std::vector{picture.needed.visits, picture.needed.distinct_cells,
+                           picture.needed.distinct_bricks});
   keep_in_scratch(fs::path(spec_.scratch) / file, content);
 }
 
@@ -164,14 +165,18 @@ PictureErrors RenderTruth::find_errors(const Shot& shot) {
     labels = gpu::check_labels(renderer(), scene, scene.path.at(shot.part), expected, found);
   }
   const gpu::ImageDifference difference = gpu::compare(expected, found);
-  return {found.pixels(), labels.differing, labels.near_ties, count_other_colours(expected, found), difference.largest, difference.mse};
+  return {found.pixels(),     labels.differing,
+          labels.near_ties,   count_other_colours(expected, found),
+          difference.largest, difference.mse};
 }
 
 PictureErrors RenderTruth::errors_of_raw(const Shot& shot) {
   const auto path = fs::path(spec_.scratch) / file_of(shot, "errors");
   PictureErrors errors;
   const auto bytes = reinterpret_cast<char*>(&errors);
-  if (std::ifstream in(path, std::ios::binary); !spec_.scratch.empty() && in.read(bytes, sizeof errors)) return errors;
+  if (std::ifstream in(path, std::ios::binary);
+      !spec_.scratch.empty() && in.read(bytes, sizeof errors))
+    return errors;
   errors = find_errors(shot);
   if (spec_.scratch.empty()) return errors;
   keep_in_scratch(path, {bytes, sizeof errors});

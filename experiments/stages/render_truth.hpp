@@ -1,8 +1,9 @@
-// What the pictures of the render stage must be: those of the CPU reference, and those of the codec `raw` on the same device.
+// What the pictures of the render stage must be: those of the CPU reference, and those of the codec
+// `raw` on the same device.
 //
-// The cells of one run share most of these pictures, so each is left in the run's scratch folder and made once, and so is what the
-// comparison of raw's picture with the reference has found. Reference and raw renderer are built when something is asked for that is
-// not there.
+// The cells of one run share most of these pictures, so each is left in the run's scratch folder
+// and made once, and so is what the comparison of raw's picture with the reference has found.
+// Reference and raw renderer are built when something is asked for that is not there.
 #pragma once
 
 #include <memory>
@@ -25,8 +26,8 @@ struct Shot {
 /// What the comparison of pictures with the reference has found, all pictures together.
 struct PictureErrors {
   std::uint64_t pixels = 0, differing = 0, near_ties = 0;
-  std::uint64_t colours = 0;      ///< pixels with a channel that differs by more than 1.5 / 255
-  double largest = 0, mse = 0;    ///< of the colours; the largest of all pictures
+  std::uint64_t colours = 0;    ///< pixels with a channel that differs by more than 1.5 / 255
+  double largest = 0, mse = 0;  ///< of the colours; the largest of all pictures
   void add(const PictureErrors& other);
 };
 

@@ -16,18 +16,23 @@ double seconds_of(clockid_t clock) {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// How many times as long the laps of a series are made to take: CVRBENCH_TEST_SLOWER=SERIES=FACTOR, for tests of comparisons.
+/// How many times as long the laps of a series are made to take:
+/// CVRBENCH_TEST_SLOWER=SERIES=FACTOR, for tests of comparisons.
 double slowness_of(std::string_view series) {
-  static const std::string kSlower = std::getenv("CVRBENCH_TEST_SLOWER") == nullptr ? "" : std::getenv("CVRBENCH_TEST_SLOWER");
+  static const std::string kSlower =
+      std::getenv("CVRBENCH_TEST_SLOWER") == nullptr ? "" : std::getenv("CVRBENCH_TEST_SLOWER");
   const std::size_t equals = kSlower.find('=');
-  return equals == std::string::npos || kSlower.substr(0, equals) != series ? 1 : std::stod(kSlower.substr(equals + 1));
+  return equals == std::string::npos || kSlower.substr(0, equals) != series
+             ? 1
+             : std::stod(kSlower.substr(equals + 1));
 }
 
 }  // namespace
 
 // CLOCK_MONOTONIC is what std::chrono::steady_clock reads; CLOCK_PROCESS_CPUTIME_ID sums the process's
 // threads.
-Stopwatch::Stopwatch() : wall_(seconds_of(CLOCK_MONOTONIC)), cpu_(seconds_of(CLOCK_PROCESS_CPUTIME_ID)) {}
+Stopwatch::Stopwatch()
+    : wall_(seconds_of(CLOCK_MONOTONIC)), cpu_(seconds_of(CLOCK_PROCESS_CPUTIME_ID)) {}
 
 Sample Stopwatch::lap(std::string series, std::uint64_t count) const {
   if (const double slowness = slowness_of(series); slowness > 1) {
@@ -50,7 +55,8 @@ void fail_stage(const volumes::Error& error) {
   }
 }
 
-std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec,
+                                         const volumes::VolumeSource& truth) {
   if (spec.codec == kMemcpy) return make_memcpy_run(spec, truth);
   switch (spec.stage) {
     case Stage::kEncode:
@@ -60,8 +66,9 @@ std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec, const volumes::
     case Stage::kRandomAccess:
       return make_random_access_run(spec, truth);
     case Stage::kRender:
-      return truth.info().kind == volumes::VolumeKind::kScalars ? make_scalar_render_run(spec, truth)
-                                                                : make_render_run(spec, truth);
+      return truth.info().kind == volumes::VolumeKind::kScalars
+                 ? make_scalar_render_run(spec, truth)
+                 : make_render_run(spec, truth);
   }
   throw StageFailure(kUnsupported, "unknown stage");
 }
@@ -107,8 +114,9 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   location.path = j.at("path").get<std::string>();
   if (j.contains("generator")) {
     const Row& g = j["generator"];
-    location.generator = GeneratorChoice{g.at("kind").get<std::string>(), g.at("seed").get<std::uint64_t>(),
-                                         g.at("parameters").get<std::map<std::string, double>>()};
+    location.generator =
+        GeneratorChoice{g.at("kind").get<std::string>(), g.at("seed").get<std::uint64_t>(),
+                        g.at("parameters").get<std::map<std::string, double>>()};
   }
   location.identity = j.at("identity").get<std::string>();
   location.exchanged = j.at("exchanged").get<bool>();

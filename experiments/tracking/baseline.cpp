@@ -20,13 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sums of many doubles: the last digits depend on the compiler, and a file of differences should not.
+/// Sums of many doubles: the last digits depend on the compiler, and a file of differences should
+/// not.
 constexpr double kErrorDigits = 1e9;
 
 Row rounded(const Quantity& quantity) {
   if (!quantity.number) return Row::parse(quantity.text);
   const double value = *quantity.number;
-  if (value == std::floor(value) && std::abs(value) < 0x1p53) return static_cast<std::int64_t>(value);
+  if (value == std::floor(value) && std::abs(value) < 0x1p53)
+    return static_cast<std::int64_t>(value);
   const double scale = kErrorDigits / std::pow(10.0, std::ceil(std::log10(std::abs(value))));
   return std::round(value * scale) / scale;
 }
@@ -41,9 +43,9 @@ bool agree(const Row& a, const Row& b) {
 /// Rates follow from sizes, and gzip's and xz's are those of libraries.
 bool belongs(const Quantity& quantity) {
   if (quantity.kind != QuantityKind::kExact) return false;
-  static const std::set<std::string> kFollow{"size.rate",          "size.published_rate",      "size.bits_per_voxel",
-                                             "size.rate_gzip",     "size.rate_xz",             "size.gpu_bits_per_voxel",
-                                             "size.published_bytes_per_voxel"};
+  static const std::set<std::string> kFollow{
+      "size.rate",    "size.published_rate",     "size.bits_per_voxel",           "size.rate_gzip",
+      "size.rate_xz", "size.gpu_bits_per_voxel", "size.published_bytes_per_voxel"};
   return !kFollow.contains(quantity.name);
 }
 
@@ -68,20 +70,28 @@ Baseline baseline_of(const Config& config, const std::vector<Row>& rows) {
 std::string baseline_path(const std::string& folder, const Config& config) {
   const fs::path name = fs::path(config.path).stem().string() + ".json";
   if (!folder.empty()) return (fs::path(folder) / name).string();
-  for (fs::path above = fs::absolute(config.path).parent_path(); above.has_relative_path(); above = above.parent_path()) {
-    if (above.filename() == "configs") return (above.parent_path() / "results/baseline" / name).string();
+  for (fs::path above = fs::absolute(config.path).parent_path(); above.has_relative_path();
+       above = above.parent_path()) {
+    if (above.filename() == "configs")
+      return (above.parent_path() / "results/baseline" / name).string();
   }
   return (fs::path("results/baseline") / name).string();
 }
 
 Baseline load_baseline(const std::string& path) {
-  if (!fs::exists(path)) throw volumes::InputError(fmt::format("{}: expected a baseline, found no file: 'baseline update' writes it", path));
+  if (!fs::exists(path))
+    throw volumes::InputError(
+        fmt::format("{}: expected a baseline, found no file: 'baseline update' writes it", path));
   const Row file = volumes::read_json_file(path);
-  if (!file.is_object() || !file.contains("cells") || !file["cells"].is_object() || !file.value("config", Row("")).is_string())
-    throw volumes::InputError(fmt::format("{}: expected an object with the object 'cells' and the text 'config'", path));
+  if (!file.is_object() || !file.contains("cells") || !file["cells"].is_object() ||
+      !file.value("config", Row("")).is_string())
+    throw volumes::InputError(
+        fmt::format("{}: expected an object with the object 'cells' and the text 'config'", path));
   Baseline baseline{file.value("config", ""), {}};
   for (const auto& [key, figures] : file["cells"].items()) {
-    if (!figures.is_object()) throw volumes::InputError(fmt::format("{}: {}: expected an object of figures, found {}", path, key, figures.type_name()));
+    if (!figures.is_object())
+      throw volumes::InputError(fmt::format("{}: {}: expected an object of figures, found {}", path,
+                                            key, figures.type_name()));
     for (const auto& [quantity, value] : figures.items()) baseline.cells[key][quantity] = value;
   }
   return baseline;
@@ -115,7 +125,8 @@ BaselineReport compare_baselines(const Baseline& expected, const Baseline& found
       const auto a = figures.find(quantity), b = cell->second.find(quantity);
       ++report.figures;
       if (a != figures.end() && b != cell->second.end() && agree(a->second, b->second)) continue;
-      report.differences.push_back({key, quantity, a == figures.end() ? "nothing" : a->second.dump(),
+      report.differences.push_back({key, quantity,
+                                    a == figures.end() ? "nothing" : a->second.dump(),
                                     b == cell->second.end() ? "nothing" : b->second.dump()});
     }
   }
@@ -130,11 +141,15 @@ std::string describe(const BaselineReport& report, const std::string& path) {
   for (const BaselineDifference& d : report.differences) {
     if (d.key != last) text += volumes::printable(d.key) + "\n";
     last = d.key;
-    text += fmt::format("  {}: {} -> {}\n", volumes::printable(d.quantity), volumes::printable(d.expected), volumes::printable(d.found));
+    text += fmt::format("  {}: {} -> {}\n", volumes::printable(d.quantity),
+                        volumes::printable(d.expected), volumes::printable(d.found));
   }
-  for (const std::string& key : report.missing) text += fmt::format("{}\n  is in the baseline and was not measured\n", volumes::printable(key));
-  for (const std::string& key : report.added) text += fmt::format("{}\n  is not in the baseline\n", volumes::printable(key));
-  text += fmt::format("{}: {} figures of {} cells compared, {} differ", path, report.figures, report.cells, report.differences.size());
+  for (const std::string& key : report.missing)
+    text += fmt::format("{}\n  is in the baseline and was not measured\n", volumes::printable(key));
+  for (const std::string& key : report.added)
+    text += fmt::format("{}\n  is not in the baseline\n", volumes::printable(key));
+  text += fmt::format("{}: {} figures of {} cells compared, {} differ", path, report.figures,
+                      report.cells, report.differences.size());
   if (!report.missing.empty()) text += fmt::format(", {} cells missing", report.missing.size());
   if (!report.added.empty()) text += fmt::format(", {} cells added", report.added.size());
   return text + (report.differs() ? "; 'baseline update' writes what was found\n" : "\n");

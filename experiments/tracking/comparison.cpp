@@ -15,8 +15,9 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr std::array kAllOutcomes{Outcome::kSame,    Outcome::kFaster, Outcome::kSlower, Outcome::kUndecided,
-                                  Outcome::kDiffers, Outcome::kMore,   Outcome::kLess,   Outcome::kNotCompared};
+constexpr std::array kAllOutcomes{Outcome::kSame,      Outcome::kFaster,     Outcome::kSlower,
+                                  Outcome::kUndecided, Outcome::kDiffers,    Outcome::kMore,
+                                  Outcome::kLess,      Outcome::kNotCompared};
 
 std::vector<double> ascending(std::span<const double> samples) {
   std::vector<double> sorted(samples.begin(), samples.end());
@@ -27,19 +28,27 @@ std::vector<double> ascending(std::span<const double> samples) {
 std::string percent(double ratio) { return fmt::format("{:+.1f} %", 100 * (ratio - 1)); }
 
 std::string mode_of(const Row& row) {
-  if (row.contains("render") && row.at("render").contains("cache")) return row.at("render").at("cache").get<std::string>();
+  if (row.contains("render") && row.at("render").contains("cache"))
+    return row.at("render").at("cache").get<std::string>();
   return row.value("stage", "");
 }
 
-std::string machine_of(const Row& row) { return row.contains("provenance") ? row.at("provenance").value("machine", "") : ""; }
+std::string machine_of(const Row& row) {
+  return row.contains("provenance") ? row.at("provenance").value("machine", "") : "";
+}
 
 /// The device that drew, "" for other stages: software devices of two versions are two machines.
-std::string device_of(const Row& row) { return row.contains("device") ? row.at("device").value("driver", "") + row.at("device").value("name", "") : ""; }
+std::string device_of(const Row& row) {
+  return row.contains("device")
+             ? row.at("device").value("driver", "") + row.at("device").value("name", "")
+             : "";
+}
 
 void judge_numbers(ComparedQuantity& c) {
   if (!c.base.number || !c.fresh.number) {
     c.outcome = c.base.text == c.fresh.text ? Outcome::kSame : Outcome::kDiffers;
-    if (c.outcome == Outcome::kDiffers) c.reason = fmt::format("{} -> {}", c.base.text, c.fresh.text);
+    if (c.outcome == Outcome::kDiffers)
+      c.reason = fmt::format("{} -> {}", c.base.text, c.fresh.text);
     return;
   }
   const double from = *c.base.number, to = *c.fresh.number;
@@ -47,7 +56,10 @@ void judge_numbers(ComparedQuantity& c) {
   c.floor = tolerance_of(c.base);
   const bool near = std::abs(to - from) <= c.floor * std::max(std::abs(from), std::abs(to));
   const bool exact = c.base.kind == QuantityKind::kExact;
-  c.outcome = near ? Outcome::kSame : exact ? Outcome::kDiffers : to > from ? Outcome::kMore : Outcome::kLess;
+  c.outcome = near        ? Outcome::kSame
+              : exact     ? Outcome::kDiffers
+              : to > from ? Outcome::kMore
+                          : Outcome::kLess;
   if (!near) c.reason = fmt::format("{:.17g} -> {:.17g}", from, to);
 }
 
@@ -59,10 +71,12 @@ class Comparer {
     const std::string status = base.value("status", ""), fresh_status = fresh.value("status", "");
     if (status == kOk && fresh_status == kOk) ++report.measured;
     if (status != fresh_status || status != kOk) {
-      ComparedQuantity c = start(base, {.name = "status", .kind = QuantityKind::kExact, .text = status},
-                           {.name = "status", .kind = QuantityKind::kExact, .text = fresh_status});
+      ComparedQuantity c =
+          start(base, {.name = "status", .kind = QuantityKind::kExact, .text = status},
+                {.name = "status", .kind = QuantityKind::kExact, .text = fresh_status});
       judge_numbers(c);
-      if (c.outcome == Outcome::kDiffers && fresh_status != kOk) c.reason += fmt::format(" ({})", fresh.value("reason", ""));
+      if (c.outcome == Outcome::kDiffers && fresh_status != kOk)
+        c.reason += fmt::format(" ({})", fresh.value("reason", ""));
       report.comparisons.push_back(std::move(c));
       return;
     }
@@ -70,7 +84,9 @@ class Comparer {
     const std::vector<Quantity> from = quantities_of(base), to = quantities_of(fresh);
     for (const Quantity& quantity : from) {
       const auto partner = std::ranges::find(to, quantity.name, &Quantity::name);
-      ComparedQuantity c = start(base, quantity, partner == to.end() ? Quantity{.name = quantity.name, .kind = quantity.kind} : *partner);
+      ComparedQuantity c = start(
+          base, quantity,
+          partner == to.end() ? Quantity{.name = quantity.name, .kind = quantity.kind} : *partner);
       if (partner == to.end()) {
         c.outcome = Outcome::kNotCompared;
         c.reason = "the new row does not have it";
@@ -98,9 +114,12 @@ class Comparer {
 
   std::string why_times_do_not_compare(const Row& base, const Row& fresh) {
     std::string why;
-    if (base.value("cell", "") != fresh.value("cell", "")) why = "the cells have another identity (data, codec version or parameters)";
-    else if (machine_of(base) != machine_of(fresh)) why = fmt::format("measured on the machines {} and {}", machine_of(base), machine_of(fresh));
-    else if (device_of(base) != device_of(fresh)) why = "drawn by two devices or drivers";
+    if (base.value("cell", "") != fresh.value("cell", ""))
+      why = "the cells have another identity (data, codec version or parameters)";
+    else if (machine_of(base) != machine_of(fresh))
+      why = fmt::format("measured on the machines {} and {}", machine_of(base), machine_of(fresh));
+    else if (device_of(base) != device_of(fresh))
+      why = "drawn by two devices or drivers";
     if (!why.empty()) remark("Times of some cells are not compared: " + why + ".");
     return why;
   }
@@ -113,10 +132,13 @@ class Comparer {
     }
     c.floor = options_.floors.of(c.base.noise_class);
     if (!options_.floors.knows(c.base.noise_class)) {
-      remark(fmt::format("No noise floor of '{}' is known on this machine, {:.0f} % is assumed: measure it with `cvrbench aa`.",
-                         c.base.noise_class, 100 * kAssumedFloor));
+      remark(
+          fmt::format("No noise floor of '{}' is known on this machine, {:.0f} % is assumed: "
+                      "measure it with `cvrbench aa`.",
+                      c.base.noise_class, 100 * kAssumedFloor));
     }
-    const TimeVerdict verdict = judge_times(c.base.samples, c.fresh.samples, c.floor, options_.paired);
+    const TimeVerdict verdict =
+        judge_times(c.base.samples, c.fresh.samples, c.floor, options_.paired);
     c.outcome = verdict.outcome;
     c.ratio = verdict.estimate.ratio, c.low = verdict.estimate.low, c.high = verdict.estimate.high;
     c.p = verdict.p;
@@ -125,7 +147,8 @@ class Comparer {
   }
 
   void remark(std::string text) {
-    if (std::ranges::find(report.remarks, text) == report.remarks.end()) report.remarks.push_back(std::move(text));
+    if (std::ranges::find(report.remarks, text) == report.remarks.end())
+      report.remarks.push_back(std::move(text));
   }
 
   const CompareOptions& options_;
@@ -133,8 +156,9 @@ class Comparer {
 
 std::string figures_of(const ComparedQuantity& c) {
   if (c.base.kind == QuantityKind::kTime && c.outcome != Outcome::kNotCompared) {
-    return fmt::format("{:.4g} -> {:.4g} {}, {} [{}, {}]", summarize(c.base.samples).median, summarize(c.fresh.samples).median, c.base.unit,
-                       percent(c.ratio), percent(c.low), std::isfinite(c.high) ? percent(c.high) : "?");
+    return fmt::format("{:.4g} -> {:.4g} {}, {} [{}, {}]", summarize(c.base.samples).median,
+                       summarize(c.fresh.samples).median, c.base.unit, percent(c.ratio),
+                       percent(c.low), std::isfinite(c.high) ? percent(c.high) : "?");
   }
   return c.base.number && c.fresh.number && c.ratio != 1 ? percent(c.ratio) : "";
 }
@@ -165,9 +189,12 @@ std::string_view name_of(Outcome outcome) {
   return "?";
 }
 
-TimeVerdict judge_times(std::span<const double> base, std::span<const double> fresh, double floor, bool paired) {
-  TimeVerdict verdict{Outcome::kUndecided, paired ? paired_ratio(base, fresh) : ratio_of(base, fresh), 1, 0, ""};
-  double lower, upper;  // how far the quartile ranges lie apart: new over base, upwards and downwards
+TimeVerdict judge_times(std::span<const double> base, std::span<const double> fresh, double floor,
+                        bool paired) {
+  TimeVerdict verdict{Outcome::kUndecided,
+                      paired ? paired_ratio(base, fresh) : ratio_of(base, fresh), 1, 0, ""};
+  double lower,
+      upper;  // how far the quartile ranges lie apart: new over base, upwards and downwards
   if (paired) {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < base.size(); ++i) ratios.push_back(fresh[i] / base[i]);
@@ -176,7 +203,8 @@ TimeVerdict judge_times(std::span<const double> base, std::span<const double> fr
     verdict.p = sign_test_p(base, fresh);
   } else {
     const auto from = ascending(base), to = ascending(fresh);
-    lower = quantile(to, 0.25) / quantile(from, 0.75), upper = quantile(to, 0.75) / quantile(from, 0.25);
+    lower = quantile(to, 0.25) / quantile(from, 0.75),
+    upper = quantile(to, 0.75) / quantile(from, 0.25);
     verdict.p = mann_whitney_p(base, fresh);
   }
   const RatioEstimate& estimate = verdict.estimate;
@@ -186,26 +214,35 @@ TimeVerdict judge_times(std::span<const double> base, std::span<const double> fr
   const char* ranges = paired ? "the quartiles of the ratios lie" : "the quartile ranges lie";
   if ((apart_up || apart_down) && verdict.p < kSignificance) {
     verdict.outcome = apart_up ? Outcome::kSlower : Outcome::kFaster;
-    verdict.reason = fmt::format("{} beyond the floor of {:.1f} %, p = {:.2g}", ranges, 100 * floor, verdict.p);
-  } else if (estimate.coverage > 0 && estimate.low >= 1 / (1 + margin) && estimate.high <= 1 + margin) {
+    verdict.reason =
+        fmt::format("{} beyond the floor of {:.1f} %, p = {:.2g}", ranges, 100 * floor, verdict.p);
+  } else if (estimate.coverage > 0 && estimate.low >= 1 / (1 + margin) &&
+             estimate.high <= 1 + margin) {
     verdict.outcome = Outcome::kSame;
     verdict.reason = fmt::format("the interval of the ratio lies within {:.1f} %", 100 * margin);
   } else if (apart_up || apart_down) {
-    verdict.reason = fmt::format("{} beyond the floor, but p = {:.2g} is not below {}: more rounds", ranges, verdict.p, kSignificance);
+    verdict.reason = fmt::format("{} beyond the floor, but p = {:.2g} is not below {}: more rounds",
+                                 ranges, verdict.p, kSignificance);
   } else {
-    verdict.reason = estimate.coverage == 0 ? "too few rounds for an interval"
-                                            : fmt::format("the interval of the ratio leaves {:.1f} %, but {} within the floor of {:.1f} %", 100 * margin, ranges, 100 * floor);
+    verdict.reason =
+        estimate.coverage == 0
+            ? "too few rounds for an interval"
+            : fmt::format(
+                  "the interval of the ratio leaves {:.1f} %, but {} within the floor of {:.1f} %",
+                  100 * margin, ranges, 100 * floor);
   }
   return verdict;
 }
 
 std::size_t CompareReport::count(Outcome outcome) const {
-  return static_cast<std::size_t>(std::ranges::count(comparisons, outcome, &ComparedQuantity::outcome));
+  return static_cast<std::size_t>(
+      std::ranges::count(comparisons, outcome, &ComparedQuantity::outcome));
 }
 
 namespace {
 
-CompareReport compare_latest(const std::vector<Row>& base, const std::vector<Row>& fresh, const CompareOptions& options) {
+CompareReport compare_latest(const std::vector<Row>& base, const std::vector<Row>& fresh,
+                             const CompareOptions& options) {
   const auto from = latest_by(base, "key"), to = latest_by(fresh, "key");
   Comparer comparer(options);
   std::set<std::string> seen;
@@ -220,15 +257,18 @@ CompareReport compare_latest(const std::vector<Row>& base, const std::vector<Row
     }
   }
   for (const auto& [key, row] : to) {
-    if (!from.contains(key) && row.value("status", "") == kOk) comparer.report.only_in_new.push_back(key);
+    if (!from.contains(key) && row.value("status", "") == kOk)
+      comparer.report.only_in_new.push_back(key);
   }
   return std::move(comparer.report);
 }
 
 }  // namespace
 
-CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh, const CompareOptions& options) {
-  return expecting_shape("rows", "the fields of results/schema/row.schema.json", [&] { return compare_latest(base, fresh, options); });
+CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh,
+                           const CompareOptions& options) {
+  return expecting_shape("rows", "the fields of results/schema/row.schema.json",
+                         [&] { return compare_latest(base, fresh, options); });
 }
 
 std::vector<CompareSummary> summarise(const CompareReport& report) {
@@ -240,7 +280,8 @@ std::vector<CompareSummary> summarise(const CompareReport& report) {
   };
   std::vector<Sums> sums;
   for (const ComparedQuantity& c : report.comparisons) {
-    auto line = std::ranges::find_if(lines, [&](const CompareSummary& s) { return s.codec == c.codec && s.mode == c.mode; });
+    auto line = std::ranges::find_if(
+        lines, [&](const CompareSummary& s) { return s.codec == c.codec && s.mode == c.mode; });
     if (line == lines.end()) {
       lines.push_back({c.codec, c.mode});
       sums.emplace_back();
@@ -249,42 +290,56 @@ std::vector<CompareSummary> summarise(const CompareReport& report) {
     Sums& sum = sums[static_cast<std::size_t>(line - lines.begin())];
     sum.keys.insert(c.key);
     ++line->counts[static_cast<std::size_t>(c.outcome)];
-    if (c.base.kind == QuantityKind::kTime && c.outcome != Outcome::kNotCompared) sum.time += std::log(c.ratio), ++sum.times;
-    if (c.base.name == "size.bytes" && std::isfinite(c.ratio) && c.ratio > 0) sum.size += std::log(c.ratio), ++sum.sizes;
+    if (c.base.kind == QuantityKind::kTime && c.outcome != Outcome::kNotCompared)
+      sum.time += std::log(c.ratio), ++sum.times;
+    if (c.base.name == "size.bytes" && std::isfinite(c.ratio) && c.ratio > 0)
+      sum.size += std::log(c.ratio), ++sum.sizes;
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     lines[i].cells = sums[i].keys.size();
-    if (sums[i].times > 0) lines[i].time_ratio = std::exp(sums[i].time / static_cast<double>(sums[i].times));
-    if (sums[i].sizes > 0) lines[i].size_ratio = std::exp(sums[i].size / static_cast<double>(sums[i].sizes));
+    if (sums[i].times > 0)
+      lines[i].time_ratio = std::exp(sums[i].time / static_cast<double>(sums[i].times));
+    if (sums[i].sizes > 0)
+      lines[i].size_ratio = std::exp(sums[i].size / static_cast<double>(sums[i].sizes));
   }
   return lines;
 }
 
 std::string describe(const CompareReport& report, bool explain) {
-  std::string text = "| codec | mode | cells | time new/base | size new/base | outcomes |\n|---|---|---:|---:|---:|---|\n";
+  std::string text =
+      "| codec | mode | cells | time new/base | size new/base | outcomes "
+      "|\n|---|---|---:|---:|---:|---|\n";
   for (const CompareSummary& line : summarise(report)) {
     std::string counts;
     for (const Outcome outcome : kAllOutcomes) {
       if (const std::size_t count = line.counts[static_cast<std::size_t>(outcome)]; count > 0)
         counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, name_of(outcome));
     }
-    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", escape_markdown(line.codec), escape_markdown(line.mode), line.cells, ratio_text(line.time_ratio),
+    text += fmt::format("| {} | {} | {} | {} | {} | {} |\n", escape_markdown(line.codec),
+                        escape_markdown(line.mode), line.cells, ratio_text(line.time_ratio),
                         ratio_text(line.size_ratio), counts);
   }
   std::string last;
   for (const ComparedQuantity& c : report.comparisons) {
-    if (!explain && (c.outcome == Outcome::kSame || c.outcome == Outcome::kUndecided || c.outcome == Outcome::kNotCompared)) continue;
+    if (!explain && (c.outcome == Outcome::kSame || c.outcome == Outcome::kUndecided ||
+                     c.outcome == Outcome::kNotCompared))
+      continue;
     if (c.key != last) text += fmt::format("\n{}\n", escape_markdown(c.key, false));
     last = c.key;
     const std::string figures = figures_of(c);
-    text += fmt::format("- **{}** {}{}{}{}{}\n", name_of(c.outcome), escape_markdown(c.base.name, false),
-                        figures.empty() && c.reason.empty() ? "" : ": ", figures, figures.empty() || c.reason.empty() ? "" : "; ",
-                        escape_markdown(c.reason, false));
+    text += fmt::format(
+        "- **{}** {}{}{}{}{}\n", name_of(c.outcome), escape_markdown(c.base.name, false),
+        figures.empty() && c.reason.empty() ? "" : ": ", figures,
+        figures.empty() || c.reason.empty() ? "" : "; ", escape_markdown(c.reason, false));
   }
-  for (const auto& [keys, where] : {std::pair{&report.only_in_base, "the base"}, std::pair{&report.only_in_new, "the new rows"}}) {
-    if (!keys->empty()) text += fmt::format("\n{} cells are only in {}{}\n", keys->size(), where, explain ? ":" : ".");
+  for (const auto& [keys, where] : {std::pair{&report.only_in_base, "the base"},
+                                    std::pair{&report.only_in_new, "the new rows"}}) {
+    if (!keys->empty())
+      text +=
+          fmt::format("\n{} cells are only in {}{}\n", keys->size(), where, explain ? ":" : ".");
     if (explain)
-      for (const std::string& key : *keys) text += fmt::format("- {}\n", escape_markdown(key, false));
+      for (const std::string& key : *keys)
+        text += fmt::format("- {}\n", escape_markdown(key, false));
   }
   if (!report.remarks.empty()) text += '\n';
   for (const std::string& remark : report.remarks) text += volumes::printable(remark) + "\n";
@@ -295,7 +350,11 @@ std::vector<Row> compare_to_rows(const CompareReport& report) {
   const auto number = [](double value) { return std::isfinite(value) ? Row(value) : Row(nullptr); };
   std::vector<Row> rows;
   for (const ComparedQuantity& c : report.comparisons) {
-    Row row{{"key", c.key}, {"codec", c.codec}, {"mode", c.mode}, {"quantity", c.base.name}, {"kind", name_of(c.base.kind)}};
+    Row row{{"key", c.key},
+            {"codec", c.codec},
+            {"mode", c.mode},
+            {"quantity", c.base.name},
+            {"kind", name_of(c.base.kind)}};
     row["outcome"] = name_of(c.outcome);
     row["ratio"] = number(c.ratio);
     if (c.base.kind == QuantityKind::kTime) {

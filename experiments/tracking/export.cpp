@@ -15,7 +15,9 @@ namespace cvr::experiments {
 
 namespace {
 
-double nanoseconds_of(const std::string& unit) { return unit == "s" ? 1e9 : unit == "ms" ? 1e6 : 1; }
+double nanoseconds_of(const std::string& unit) {
+  return unit == "s" ? 1e9 : unit == "ms" ? 1e6 : 1;
+}
 
 /// The key of a row as a path, the stage left to the kind of time.
 std::string name_of_row(const Row& row) {
@@ -29,9 +31,17 @@ std::vector<double> cpu_samples(const Row& row, const Quantity& quantity) {
   return row.at("time").value("cpu_seconds", Row::object()).value("samples", std::vector<double>{});
 }
 
-Row entry(const std::string& name, std::size_t threads, std::size_t repetitions, double real, double cpu) {
-  return {{"name", name},       {"run_name", name},      {"run_type", "iteration"}, {"repetitions", repetitions}, {"threads", threads},
-          {"iterations", 1},    {"real_time", real},     {"cpu_time", cpu},         {"time_unit", "ns"}};
+Row entry(const std::string& name, std::size_t threads, std::size_t repetitions, double real,
+          double cpu) {
+  return {{"name", name},
+          {"run_name", name},
+          {"run_type", "iteration"},
+          {"repetitions", repetitions},
+          {"threads", threads},
+          {"iterations", 1},
+          {"real_time", real},
+          {"cpu_time", cpu},
+          {"time_unit", "ns"}};
 }
 
 double deviation(const std::vector<double>& samples, double mean) {
@@ -40,11 +50,12 @@ double deviation(const std::vector<double>& samples, double mean) {
   return samples.size() < 2 ? 0 : std::sqrt(sum / static_cast<double>(samples.size() - 1));
 }
 
-void add_aggregates(const std::string& name, std::size_t threads, const std::vector<double>& real, const std::vector<double>& cpu,
-                    Row& benchmarks) {
+void add_aggregates(const std::string& name, std::size_t threads, const std::vector<double>& real,
+                    const std::vector<double>& cpu, Row& benchmarks) {
   const Statistics r = summarize(real), c = summarize(cpu);
   const double real_deviation = deviation(real, r.mean), cpu_deviation = deviation(cpu, c.mean);
-  const auto add = [&](const char* aggregate, double of_real, double of_cpu, const char* unit = "time") {
+  const auto add = [&](const char* aggregate, double of_real, double of_cpu,
+                       const char* unit = "time") {
     Row row = entry(fmt::format("{}_{}", name, aggregate), threads, real.size(), of_real, of_cpu);
     row["run_name"] = name;
     row["run_type"] = "aggregate";
@@ -56,12 +67,15 @@ void add_aggregates(const std::string& name, std::size_t threads, const std::vec
   add("mean", r.mean, c.mean);
   add("median", r.median, c.median);
   add("stddev", real_deviation, cpu_deviation);
-  add("cv", r.mean > 0 ? real_deviation / r.mean : 0, c.mean > 0 ? cpu_deviation / c.mean : 0, "percentage");
+  add("cv", r.mean > 0 ? real_deviation / r.mean : 0, c.mean > 0 ? cpu_deviation / c.mean : 0,
+      "percentage");
 }
 
 void add_counters(const Row& row, Row& benchmark) {
-  for (const auto& [part, name] : {std::pair{"size", "bytes"}, {"size", "bits_per_voxel"}, {"error", "psnr_db"}}) {
-    if (row.contains(part) && row[part].contains(name) && row[part][name].is_number()) benchmark[name] = row[part][name];
+  for (const auto& [part, name] :
+       {std::pair{"size", "bytes"}, {"size", "bits_per_voxel"}, {"error", "psnr_db"}}) {
+    if (row.contains(part) && row[part].contains(name) && row[part][name].is_number())
+      benchmark[name] = row[part][name];
   }
 }
 
@@ -70,8 +84,10 @@ template <class F>
 void walk(const Row& row, const std::string& place, const F& visit) {
   for (const auto& [key, value] : row.items()) {
     const std::string here = place.empty() ? key : place + "." + key;
-    if (value.is_object()) walk(value, here, visit);
-    else if (!value.is_array()) visit(here, value);
+    if (value.is_object())
+      walk(value, here, visit);
+    else if (!value.is_array())
+      visit(here, value);
   }
 }
 
@@ -95,11 +111,16 @@ Row to_google_benchmark(const std::vector<Row>& rows) {
     if (row.value("status", "") != kOk) continue;
     if (file["context"].empty()) {
       const Row& from = row.at("provenance");
-      file["context"] = {{"date", from.value("time", "")},         {"host_name", from.value("machine", "")},
-                         {"executable", "cvrbench"},               {"num_cpus", from.value("cores", 1)},
-                         {"mhz_per_cpu", 0},                       {"cpu_scaling_enabled", false},
-                         {"caches", Row::array()},                 {"library_build_type", "release"},
-                         {"cpu", from.value("cpu", "")},           {"revision", from.value("revision", "")}};
+      file["context"] = {{"date", from.value("time", "")},
+                         {"host_name", from.value("machine", "")},
+                         {"executable", "cvrbench"},
+                         {"num_cpus", from.value("cores", 1)},
+                         {"mhz_per_cpu", 0},
+                         {"cpu_scaling_enabled", false},
+                         {"caches", Row::array()},
+                         {"library_build_type", "release"},
+                         {"cpu", from.value("cpu", "")},
+                         {"revision", from.value("revision", "")}};
     }
     const auto threads = row.value("threads", std::size_t{1});
     for (const Quantity& quantity : quantities_of(row)) {
@@ -139,7 +160,9 @@ std::string to_csv(const std::vector<Row>& rows) {
   add_line(headings);
   for (const Row& row : rows) {
     std::vector<std::string> fields(columns.size());
-    walk(row, "", [&](const std::string& place, const Row& value) { fields[places.at(place)] = csv_field(value); });
+    walk(row, "", [&](const std::string& place, const Row& value) {
+      fields[places.at(place)] = csv_field(value);
+    });
     add_line(fields);
   }
   return text;

@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 constexpr double kCountedFloor = 0.01;
 
 std::string identity_of(const Row& line) {
-  return line.value("time", "") + "|" + line.value("revision", "") + "|" + line.value("key", "") + "|" + line.value("quantity", "");
+  return line.value("time", "") + "|" + line.value("revision", "") + "|" + line.value("key", "") +
+         "|" + line.value("quantity", "");
 }
 
 /// Whether a line has the fields that make it a figure, and those it has are of their types.
@@ -34,7 +35,8 @@ bool is_figure(const Row& line) {
   for (const char* name : {"key", "quantity"}) {
     if (!line.contains(name)) return false;
   }
-  for (const char* name : {"key", "quantity", "time", "revision", "codec", "kind", "unit", "class"}) {
+  for (const char* name :
+       {"key", "quantity", "time", "revision", "codec", "kind", "unit", "class"}) {
     if (line.contains(name) && !line.at(name).is_string()) return false;
   }
   return true;
@@ -47,15 +49,18 @@ std::vector<Row> load_lines(const fs::path& path) {
   for (std::size_t n = 1; std::getline(in, text); ++n) {
     Row line = volumes::parse_json(text, path.string(), n);
     if (!is_figure(line))
-      throw volumes::InputError(fmt::format("{}:{}: expected a figure (an object with key, quantity and value), found '{}'", path.string(), n,
-                                            text.substr(0, 40)));
+      throw volumes::InputError(fmt::format(
+          "{}:{}: expected a figure (an object with key, quantity and value), found '{}'",
+          path.string(), n, text.substr(0, 40)));
     lines.push_back(std::move(line));
   }
   return lines;
 }
 
 bool is_fingerprint(const std::string& machine) {
-  return !machine.empty() && machine.size() <= 100 && std::ranges::all_of(machine, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
+  return !machine.empty() && machine.size() <= 100 &&
+         std::ranges::all_of(
+             machine, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
 }
 
 Row figure_of(const Row& row, const Quantity& quantity) {
@@ -88,7 +93,8 @@ std::string value_text(const Row& line) {
   return fmt::format("{:.6g}{}{}", line["value"].get<double>(), unit.empty() ? "" : " ", unit);
 }
 
-HistoryStep step_at(const std::vector<const Row*>& series, std::size_t at, const std::string& machine) {
+HistoryStep step_at(const std::vector<const Row*>& series, std::size_t at,
+                    const std::string& machine) {
   const Row& now = *series[at];
   HistoryStep step;
   step.key = now.at("key").get<std::string>();
@@ -104,7 +110,8 @@ HistoryStep step_at(const std::vector<const Row*>& series, std::size_t at, const
 /// More is better of these.
 bool wants_more(const std::string& quantity) { return quantity.find("psnr") != std::string::npos; }
 
-void add_exact_steps(const std::vector<const Row*>& series, const std::string& machine, std::vector<HistoryStep>& steps) {
+void add_exact_steps(const std::vector<const Row*>& series, const std::string& machine,
+                     std::vector<HistoryStep>& steps) {
   for (std::size_t i = 1; i < series.size(); ++i) {
     const Row &before = (*series[i - 1])["value"], &after = (*series[i])["value"];
     if (before == after) continue;
@@ -117,13 +124,14 @@ void add_exact_steps(const std::vector<const Row*>& series, const std::string& m
       if (from != 0) step.ratio = to / from;
       step.worse = wants_more(step.quantity) ? to < from : to > from;
     }
-    step.last = std::all_of(series.begin() + static_cast<std::ptrdiff_t>(i), series.end(), [&](const Row* r) { return (*r)["value"] == after; });
+    step.last = std::all_of(series.begin() + static_cast<std::ptrdiff_t>(i), series.end(),
+                            [&](const Row* r) { return (*r)["value"] == after; });
     steps.push_back(std::move(step));
   }
 }
 
-void add_fitted_steps(const std::vector<const Row*>& series, QuantityKind kind, double floor, const std::string& machine,
-                      std::vector<HistoryStep>& steps) {
+void add_fitted_steps(const std::vector<const Row*>& series, QuantityKind kind, double floor,
+                      const std::string& machine, std::vector<HistoryStep>& steps) {
   std::vector<double> figures;
   for (const Row* line : series) {
     const double value = (*line)["value"].is_number() ? (*line)["value"].get<double>() : 0;
@@ -146,7 +154,9 @@ void add_fitted_steps(const std::vector<const Row*>& series, QuantityKind kind, 
 
 }  // namespace
 
-std::string default_history() { return (fs::path(default_noise_path()).parent_path() / "history").string(); }
+std::string default_history() {
+  return (fs::path(default_noise_path()).parent_path() / "history").string();
+}
 
 Recorded record_history(const std::string& store, const std::vector<Row>& rows) {
   Recorded recorded;
@@ -158,9 +168,12 @@ Recorded record_history(const std::string& store, const std::vector<Row>& rows) 
     if (row.value("status", "") != kOk) continue;
     const std::string machine = row.at("provenance").value("machine", "unknown");
     if (!is_fingerprint(machine))
-      throw volumes::InputError(fmt::format("{}: expected a machine of letters, digits, - and _, which names a file, found '{}'", key, machine));
+      throw volumes::InputError(fmt::format(
+          "{}: expected a machine of letters, digits, - and _, which names a file, found '{}'", key,
+          machine));
     if (!known.contains(machine)) {
-      for (const Row& line : load_lines(fs::path(store) / (machine + ".jsonl"))) known[machine].insert(identity_of(line));
+      for (const Row& line : load_lines(fs::path(store) / (machine + ".jsonl")))
+        known[machine].insert(identity_of(line));
     }
     bool any = false;
     for (const Quantity& quantity : quantities_of(row)) {
@@ -182,12 +195,14 @@ Recorded record_history(const std::string& store, const std::vector<Row>& rows) 
   return recorded;
 }
 
-History read_history(const std::string& store, const std::string& machine, const std::string& noise_path) {
+History read_history(const std::string& store, const std::string& machine,
+                     const std::string& noise_path) {
   History history;
   if (!fs::is_directory(store)) return history;
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(store)) {
-    if (entry.path().extension() == ".jsonl" && (machine.empty() || entry.path().stem() == machine)) files.push_back(entry.path());
+    if (entry.path().extension() == ".jsonl" && (machine.empty() || entry.path().stem() == machine))
+      files.push_back(entry.path());
   }
   std::ranges::sort(files);
   for (const fs::path& file : files) {
@@ -196,7 +211,9 @@ History read_history(const std::string& store, const std::string& machine, const
     std::vector<Row> lines = load_lines(file);
     std::ranges::stable_sort(lines, {}, [](const Row& line) { return line.value("time", ""); });
     std::map<std::string, std::vector<const Row*>> series;
-    for (const Row& line : lines) series[line["key"].get<std::string>() + "|" + line["quantity"].get<std::string>()].push_back(&line);
+    for (const Row& line : lines)
+      series[line["key"].get<std::string>() + "|" + line["quantity"].get<std::string>()].push_back(
+          &line);
     history.figures += lines.size();
     history.series += series.size();
     for (const auto& [name, figures] : series) {
@@ -206,7 +223,8 @@ History read_history(const std::string& store, const std::string& machine, const
       } else {
         const bool time = kind == "time";
         add_fitted_steps(figures, time ? QuantityKind::kTime : QuantityKind::kCounted,
-                         time ? floors.of(figures.front()->value("class", "")) : kCountedFloor, here, history.steps);
+                         time ? floors.of(figures.front()->value("class", "")) : kCountedFloor,
+                         here, history.steps);
       }
     }
   }

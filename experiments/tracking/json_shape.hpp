@@ -1,5 +1,5 @@
-// JSON that somebody else may have written: what is missing or of another type is an InputError, never undefined behaviour. Code below
-// `expecting_shape` reads constant rows by at(), not by [].
+// JSON that somebody else may have written: what is missing or of another type is an InputError,
+// never undefined behaviour. Code below `expecting_shape` reads constant rows by at(), not by [].
 #pragma once
 
 #include <fmt/format.h>
@@ -11,7 +11,8 @@
 
 namespace cvr::experiments {
 
-/// What `read` returns. Throws InputError "WHERE: expected WHAT, found ..." where it meets JSON of another shape.
+/// What `read` returns. Throws InputError "WHERE: expected WHAT, found ..." where it meets JSON of
+/// another shape.
 template <class Read>
 auto expecting_shape(const std::string& where, const char* what, Read&& read) {
   try {
@@ -19,8 +20,9 @@ auto expecting_shape(const std::string& where, const char* what, Read&& read) {
   } catch (const nlohmann::json::exception& error) {
     const std::string text = error.what();
     const std::size_t code = text.find("] ");
-    throw volumes::InputError(fmt::format("{}: expected {}, found JSON of another shape ({})", where, what,
-                                          code == std::string::npos ? text : text.substr(code + 2)));
+    throw volumes::InputError(
+        fmt::format("{}: expected {}, found JSON of another shape ({})", where, what,
+                    code == std::string::npos ? text : text.substr(code + 2)));
   }
 }
 

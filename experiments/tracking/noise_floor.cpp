@@ -21,13 +21,17 @@ namespace fs = std::filesystem;
 Row load(const std::string& path) {
   if (!fs::exists(path)) return Row::object();
   Row file = volumes::read_json_file(path);
-  if (!file.is_object()) throw volumes::InputError(fmt::format("{}: expected a JSON object of noise floors a machine, found another text", path));
+  if (!file.is_object())
+    throw volumes::InputError(fmt::format(
+        "{}: expected a JSON object of noise floors a machine, found another text", path));
   return file;
 }
 
 }  // namespace
 
-std::string_view name_of(Arrangement arrangement) { return arrangement == Arrangement::kApart ? "apart" : "interleaved"; }
+std::string_view name_of(Arrangement arrangement) {
+  return arrangement == Arrangement::kApart ? "apart" : "interleaved";
+}
 
 double NoiseFloors::of(std::string_view noise_class) const {
   const auto found = floors_.find(noise_class);
@@ -35,30 +39,39 @@ double NoiseFloors::of(std::string_view noise_class) const {
 }
 
 std::string default_noise_path() {
-  if (const char* data = std::getenv("XDG_DATA_HOME"); data != nullptr && *data != 0) return (fs::path(data) / "cvrbench/noise.json").string();
+  if (const char* data = std::getenv("XDG_DATA_HOME"); data != nullptr && *data != 0)
+    return (fs::path(data) / "cvrbench/noise.json").string();
   const char* home = std::getenv("HOME");
   return (fs::path(home == nullptr ? "." : home) / ".local/share/cvrbench/noise.json").string();
 }
 
-NoiseFloors load_floors(const std::string& path, const std::string& machine, Arrangement arrangement) {
+NoiseFloors load_floors(const std::string& path, const std::string& machine,
+                        Arrangement arrangement) {
   NoiseFloors floors;
   const Row file = load(path);
   if (!file.contains(machine)) return floors;
   const Row& known = file.at(machine);
-  if (!known.is_object()) throw volumes::InputError(fmt::format("{}: {}: expected an object of noise floors, found {}", path, machine, known.type_name()));
+  if (!known.is_object())
+    throw volumes::InputError(fmt::format("{}: {}: expected an object of noise floors, found {}",
+                                          path, machine, known.type_name()));
   const std::string arranged(name_of(arrangement));
   if (!known.contains(arranged)) return floors;
   if (!known.at(arranged).is_object())
-    throw volumes::InputError(fmt::format("{}: {} {}: expected an object, found {}", path, machine, arranged, known.at(arranged).type_name()));
+    throw volumes::InputError(fmt::format("{}: {} {}: expected an object, found {}", path, machine,
+                                          arranged, known.at(arranged).type_name()));
   for (const auto& [noise_class, entry] : known.at(arranged).items()) {
-    if (!entry.is_object() || !entry.contains("floor") || !entry["floor"].is_number() || !(entry["floor"].get<double>() >= 0))
-      throw volumes::InputError(fmt::format("{}: {} {}: expected an object with a number 'floor' from 0", path, machine, noise_class));
+    if (!entry.is_object() || !entry.contains("floor") || !entry["floor"].is_number() ||
+        !(entry["floor"].get<double>() >= 0))
+      throw volumes::InputError(
+          fmt::format("{}: {} {}: expected an object with a number 'floor' from 0", path, machine,
+                      noise_class));
     floors.set(noise_class, entry["floor"].get<double>());
   }
   return floors;
 }
 
-void store_floors(const std::string& path, const Row& provenance, const std::string& config, Arrangement arrangement, const Row& measured) {
+void store_floors(const std::string& path, const Row& provenance, const std::string& config,
+                  Arrangement arrangement, const Row& measured) {
   Row file = load(path);
   Row& machine = file[provenance.at("machine").get<std::string>()];
   machine["cpu"] = provenance.value("cpu", "");
@@ -66,7 +79,8 @@ void store_floors(const std::string& path, const Row& provenance, const std::str
   machine["time"] = utc_now();
   machine["config"] = config;
   machine[std::string(name_of(arrangement))] = measured;
-  if (const fs::path folder = fs::path(path).parent_path(); !folder.empty()) fs::create_directories(folder);
+  if (const fs::path folder = fs::path(path).parent_path(); !folder.empty())
+    fs::create_directories(folder);
   volumes::write_whole_file(path, file.dump(2) + "\n");
 }
 

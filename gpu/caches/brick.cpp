@@ -16,7 +16,8 @@ namespace {
 constexpr std::uint32_t kThreads = 64;
 constexpr std::uint64_t kUnitBytes = 32;
 
-KernelSource management_kernel(const CacheSetting& setting, const std::string& name, const std::string& text) {
+KernelSource management_kernel(const CacheSetting& setting, const std::string& name,
+                               const std::string& text) {
   KernelSource source = frame_kernel(name, setting.encoding);
   source.texts.emplace_back("shaders/shared/portable.glsl");
   source.texts.push_back(text);
@@ -25,17 +26,20 @@ KernelSource management_kernel(const CacheSetting& setting, const std::string& n
 
 }  // namespace
 
-volumes::Expected<std::unique_ptr<Cache>> BrickCache::make(const CacheSetting& setting, BrickDecoding decoding) {
+volumes::Expected<std::unique_ptr<Cache>> BrickCache::make(const CacheSetting& setting,
+                                                           BrickDecoding decoding) {
   std::unique_ptr<BrickCache> cache(new BrickCache(setting, decoding));
   if (setting.grid.voxels() >= std::uint64_t{1} << 28)
     return volumes::fail(volumes::ErrorCode::kUnsupported, "brick cache: at most 2^28 bricks");
   if (setting.cache_bytes / kUnitBytes > UINT32_MAX)
-    return volumes::fail(volumes::ErrorCode::kUnsupported, "brick cache: units have 32-bit numbers, so at most 128 GiB");
+    return volumes::fail(volumes::ErrorCode::kUnsupported,
+                         "brick cache: units have 32-bit numbers, so at most 128 GiB");
   const std::uint64_t largest = kUnitBytes << (3 * (setting.encoding.levels - 2));
   if (setting.cache_bytes < largest) {
-    return volumes::fail(volumes::ErrorCode::kUnsupported,
-                         fmt::format("brick cache: a brick of {}^3 labels takes {} bytes, the cache has {}", setting.encoding.brick,
-                                     largest, setting.cache_bytes));
+    return volumes::fail(
+        volumes::ErrorCode::kUnsupported,
+        fmt::format("brick cache: a brick of {}^3 labels takes {} bytes, the cache has {}",
+                    setting.encoding.brick, largest, setting.cache_bytes));
   }
   cache->bricks_ = static_cast<std::uint32_t>(setting.grid.voxels());
   cache->units_ = static_cast<std::uint32_t>(setting.cache_bytes / kUnitBytes);
@@ -66,10 +70,12 @@ volumes::Expected<void> BrickCache::make_buffers() {
 
 void BrickCache::make_kernels() {
   Device& device = setting_.device;
-  provision_ = std::make_unique<Kernel>(device, setting_.commands,
-                                        management_kernel(setting_, "provision", "shaders/caches/brick_provision.comp"));
-  assign_ = std::make_unique<Kernel>(device, setting_.commands,
-                                     management_kernel(setting_, "assign", "shaders/caches/brick_assign.comp"));
+  provision_ = std::make_unique<Kernel>(
+      device, setting_.commands,
+      management_kernel(setting_, "provision", "shaders/caches/brick_provision.comp"));
+  assign_ = std::make_unique<Kernel>(
+      device, setting_.commands,
+      management_kernel(setting_, "assign", "shaders/caches/brick_assign.comp"));
   KernelSource roots = frame_kernel("roots " + setting_.encoding.decoder, setting_.encoding);
   append_source(roots, setting_.decoder);
   roots.texts.emplace_back("shaders/caches/brick_roots.comp");
@@ -80,9 +86,11 @@ void BrickCache::make_kernels() {
   const bool sweeps = together || (decoding_ == BrickDecoding::kSerial && setting_.encoding.serial);
   const std::uint64_t cells = std::uint64_t{1} << (3 * (setting_.encoding.levels - 1));
   const std::uint64_t invocations = decoding_ == BrickDecoding::kSerial ? 1 : width;
-  const std::uint64_t turns = std::max(1u, device.limits().loop_iterations / 2 / (setting_.encoding.cell_loops + 1));
+  const std::uint64_t turns =
+      std::max(1u, device.limits().loop_iterations / 2 / (setting_.encoding.cell_loops + 1));
   cells_a_part_ = static_cast<std::uint32_t>(sweeps ? cells : std::min(cells, turns * invocations));
-  KernelSource decode = frame_kernel("decode " + setting_.encoding.decoder, setting_.encoding, setting_.instrumented);
+  KernelSource decode =
+      frame_kernel("decode " + setting_.encoding.decoder, setting_.encoding, setting_.instrumented);
   decode.definitions.emplace_back("CVR_DECODE_WIDTH", fmt::format("{}u", width));
   if (decoding_ == BrickDecoding::kSerial) {
     decode.definitions.emplace_back("CVR_DECODE_SERIAL", "1");
@@ -91,7 +99,8 @@ void BrickCache::make_kernels() {
   if (together) decode.definitions.emplace_back("CVR_HAS_TOGETHER", "1");
   if (decoding_ == BrickDecoding::kCooperativeShared) {
     decode.definitions.emplace_back("CVR_WORDS_SHARED", "1");
-    decode.definitions.emplace_back("CVR_SHARED_WORDS", fmt::format("{}u", setting_.encoding.shared_words));
+    decode.definitions.emplace_back("CVR_SHARED_WORDS",
+                                    fmt::format("{}u", setting_.encoding.shared_words));
     decode.texts.emplace_back("shaders/caches/shared_words.glsl");
   }
   append_source(decode, setting_.decoder);
@@ -100,7 +109,9 @@ void BrickCache::make_kernels() {
 }
 
 void BrickCache::extend_kernel(KernelSource& source) const {
-  for (const char* text : {"shaders/shared/portable.glsl", "shaders/shared/morton.glsl", "shaders/caches/brick.glsl"}) source.texts.emplace_back(text);
+  for (const char* text :
+       {"shaders/shared/portable.glsl", "shaders/shared/morton.glsl", "shaders/caches/brick.glsl"})
+    source.texts.emplace_back(text);
 }
 
 void BrickCache::describe(FrameConstants& frame) const {
@@ -120,7 +131,9 @@ void BrickCache::clear(Commands& commands, bool everything) {
   commands.fill(control_, 0, control_.bytes(), 0);
   relief_ = Relief::kNone;
   if (std::exchange(roots_found_, true)) return;
-  commands.dispatch(*find_roots_, std::min((bricks_ + kThreads - 1) / kThreads, setting_.device.limits().groups), {});
+  commands.dispatch(*find_roots_,
+                    std::min((bricks_ + kThreads - 1) / kThreads, setting_.device.limits().groups),
+                    {});
 }
 
 void BrickCache::record(Commands& commands, std::uint32_t frame) {
@@ -129,7 +142,8 @@ void BrickCache::record(Commands& commands, std::uint32_t frame) {
   // Workgroups 0 1 1, empty list; when everything is given up also the stacks and the untouched end.
   commands.fill(control_, 0, 4 * CVR_CONTROL_BUMP, 0);
   commands.fill(control_, 4, 8, 1);
-  if (relief_ == Relief::kEverything) commands.fill(control_, 4 * CVR_CONTROL_BUMP, 4 * (CVR_CONTROL_WORDS - CVR_CONTROL_BUMP), 0);
+  if (relief_ == Relief::kEverything)
+    commands.fill(control_, 4 * CVR_CONTROL_BUMP, 4 * (CVR_CONTROL_WORDS - CVR_CONTROL_BUMP), 0);
   const std::uint32_t last = frame == 1 ? CVR_LAST_FRAME : frame - 1;
   commands.dispatch(*provision_, groups, {static_cast<std::uint32_t>(relief_), last, 0, 0});
   commands.pass("assign");
@@ -137,7 +151,8 @@ void BrickCache::record(Commands& commands, std::uint32_t frame) {
   commands.pass("decode");
   const std::uint32_t cells = 1u << (3 * (setting_.encoding.levels - 1));
   for (std::uint32_t first = 0; first < cells; first += cells_a_part_)
-    commands.dispatch_indirect(*decode_, control_, 4 * CVR_CONTROL_GROUPS, {first, cells_a_part_, 0, 0});
+    commands.dispatch_indirect(*decode_, control_, 4 * CVR_CONTROL_GROUPS,
+                               {first, cells_a_part_, 0, 0});
 }
 
 CacheReport BrickCache::report() {
@@ -146,20 +161,25 @@ CacheReport BrickCache::report() {
   CacheReport report{.requested = words[CVR_CONTROL_REQUESTED],
                      .decoded = words[CVR_CONTROL_DECODE],
                      .refused = words[CVR_CONTROL_REFUSED]};
-  if (report.refused == 0) relief_ = Relief::kNone;
-  else relief_ = relief_ == Relief::kUnwanted ? Relief::kEverything : Relief::kUnwanted;
+  if (report.refused == 0)
+    relief_ = Relief::kNone;
+  else
+    relief_ = relief_ == Relief::kUnwanted ? Relief::kEverything : Relief::kUnwanted;
   return report;
 }
 
 std::vector<MemoryUse> BrickCache::memory() const {
   return {{"cache", cache_.bytes()},
-          {"cache tables", state_.bytes() + control_.bytes() + stacks_.bytes() + list_.bytes() + roots_.bytes()}};
+          {"cache tables",
+           state_.bytes() + control_.bytes() + stacks_.bytes() + list_.bytes() + roots_.bytes()}};
 }
 
-std::string BrickCache::refuses_sweep(const codecs::GpuEncoding& encoding, const DeviceLimits& limits) {
+std::string BrickCache::refuses_sweep(const codecs::GpuEncoding& encoding,
+                                      const DeviceLimits& limits) {
   if (encoding.brick_loops <= limits.loop_iterations) return "";
-  return fmt::format("a brick takes up to {} iterations of loops, the driver ends an invocation's loops after {}",
-                     encoding.brick_loops, limits.loop_iterations);
+  return fmt::format(
+      "a brick takes up to {} iterations of loops, the driver ends an invocation's loops after {}",
+      encoding.brick_loops, limits.loop_iterations);
 }
 
 CacheTraits brick_cache() {
@@ -167,11 +187,16 @@ CacheTraits brick_cache() {
           .summary = "whole bricks, each decoded by one invocation, a frame late",
           .sized = true,
           .placeholders = true,
-          .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits& limits) -> std::string {
-            if (!encoding.serial) return encoding.voxel_access ? "" : "the codec has no decoder for bricks";
+          .refuses = [](const codecs::GpuEncoding& encoding,
+                        const DeviceLimits& limits) -> std::string {
+            if (!encoding.serial)
+              return encoding.voxel_access ? "" : "the codec has no decoder for bricks";
             return BrickCache::refuses_sweep(encoding, limits);
           },
-          .make = [](const CacheSetting& setting) { return BrickCache::make(setting, BrickDecoding::kSerial); }};
+          .make =
+              [](const CacheSetting& setting) {
+                return BrickCache::make(setting, BrickDecoding::kSerial);
+              }};
 }
 
 }  // namespace cvr::gpu

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint64_t kStagingBytes = std::uint64_t{64} << 20;
 
-constexpr VkMemoryPropertyFlags kVisible = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+constexpr VkMemoryPropertyFlags kVisible =
+    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
 constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
 
 /// What an allocation is for.
@@ -31,12 +32,13 @@ struct Allocation {
 std::vector<VkMemoryPropertyFlags> wishes(const Device& device, Purpose purpose) {
   if (purpose == Purpose::kStaging) return {kVisible};
   if (purpose == Purpose::kShared) return {kLocal | kVisible, kLocal};
-  const bool one_memory = device.report().type == "software" || device.report().type == "integrated";
+  const bool one_memory =
+      device.report().type == "software" || device.report().type == "integrated";
   return one_memory ? std::vector{kLocal | kVisible, kLocal} : std::vector{kLocal};
 }
 
-std::optional<std::uint32_t> find_type(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
-                                       VkMemoryPropertyFlags flags) {
+std::optional<std::uint32_t> find_type(const VkPhysicalDeviceMemoryProperties& memory,
+                                       std::uint32_t allowed, VkMemoryPropertyFlags flags) {
   for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
     if ((allowed >> i & 1) != 0 && (memory.memoryTypes[i].propertyFlags & flags) == flags) return i;
   }
@@ -47,11 +49,14 @@ std::optional<std::uint32_t> find_type(const VkPhysicalDeviceMemoryProperties& m
 tl::expected<Allocation, VkResult> allocate(Device& device, std::uint64_t bytes, Purpose purpose) {
   Allocation a;
   const bool staging = purpose == Purpose::kStaging;
-  const VkBufferUsageFlags transfer = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  const VkBufferUsageFlags transfer =
+      VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   const VkBufferUsageFlags usage = staging ? transfer
                                            : transfer | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT |
-                                                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
-  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
+                                                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                                                 VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
+  const VkBufferCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = bytes, .usage = usage};
   check(vkCreateBuffer(device.handle(), &info, nullptr, &a.buffer), "vkCreateBuffer");
   VkMemoryRequirements needs;
   vkGetBufferMemoryRequirements(device.handle(), a.buffer, &needs);
@@ -75,7 +80,8 @@ tl::expected<Allocation, VkResult> allocate(Device& device, std::uint64_t bytes,
   if (result == VK_SUCCESS) return a;
   vkDestroyBuffer(device.handle(), a.buffer, nullptr);
   if (a.memory != VK_NULL_HANDLE) vkFreeMemory(device.handle(), a.memory, nullptr);
-  if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY && result != VK_ERROR_OUT_OF_HOST_MEMORY) check(result, "vkAllocateMemory");
+  if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY && result != VK_ERROR_OUT_OF_HOST_MEMORY)
+    check(result, "vkAllocateMemory");
   return tl::unexpected(result);
 }
 
@@ -98,7 +104,8 @@ std::byte* map(Device& device, VkDeviceMemory memory) {
 
 /// Host memory for transfers, for the length of a block.
 struct Staging {
-  Staging(Device& d, std::uint64_t bytes) : device(d), allocation(allocate_staging(d, bytes)), window(map(d, allocation.memory)) {}
+  Staging(Device& d, std::uint64_t bytes)
+      : device(d), allocation(allocate_staging(d, bytes)), window(map(d, allocation.memory)) {}
   ~Staging() { release(device, allocation.buffer, allocation.memory); }
   Staging(const Staging&) = delete;
   Staging& operator=(const Staging&) = delete;
@@ -110,7 +117,8 @@ struct Staging {
 /// A command pool, for the length of a block.
 struct Pool {
   explicit Pool(Device& d) : device(d) {
-    const VkCommandPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO, .queueFamilyIndex = d.queue_family()};
+    const VkCommandPoolCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                       .queueFamilyIndex = d.queue_family()};
     check(vkCreateCommandPool(d.handle(), &info, nullptr, &handle), "vkCreateCommandPool");
   }
   ~Pool() { vkDestroyCommandPool(device.handle(), handle, nullptr); }
@@ -121,14 +129,17 @@ struct Pool {
 };
 
 /// Copies on the queue and waits.
-void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std::uint64_t to_at, std::uint64_t bytes) {
+void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std::uint64_t to_at,
+          std::uint64_t bytes) {
   const Pool pool(device);
-  const VkCommandBufferAllocateInfo allocate_info{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-                                                  .commandPool = pool.handle,
-                                                  .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-                                                  .commandBufferCount = 1};
+  const VkCommandBufferAllocateInfo allocate_info{
+      .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+      .commandPool = pool.handle,
+      .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+      .commandBufferCount = 1};
   VkCommandBuffer commands;
-  check(vkAllocateCommandBuffers(device.handle(), &allocate_info, &commands), "vkAllocateCommandBuffers");
+  check(vkAllocateCommandBuffers(device.handle(), &allocate_info, &commands),
+        "vkAllocateCommandBuffers");
   const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
   check(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
   const VkBufferCopy region{from_at, to_at, bytes};
@@ -139,27 +150,29 @@ void copy(Device& device, VkBuffer from, std::uint64_t from_at, VkBuffer to, std
 
 }  // namespace
 
-volumes::Expected<DeviceBuffer> DeviceBuffer::make(Device& device, std::uint64_t bytes, const std::string& use,
-                                                   Residency residency) {
+volumes::Expected<DeviceBuffer> DeviceBuffer::make(Device& device, std::uint64_t bytes,
+                                                   const std::string& use, Residency residency) {
   DeviceBuffer buffer;
   buffer.bytes_ = std::max<std::uint64_t>((bytes + 15) / 16 * 16, 16);
   if (buffer.bytes_ > device.limits().largest_allocation) {
     return volumes::fail(volumes::ErrorCode::kUnsupported,
-                         fmt::format("{}: {} bytes exceed the device's largest allocation of {}", use, bytes,
-                                     device.limits().largest_allocation));
+                         fmt::format("{}: {} bytes exceed the device's largest allocation of {}",
+                                     use, bytes, device.limits().largest_allocation));
   }
-  const auto allocated =
-      allocate(device, buffer.bytes_, residency == Residency::kShared ? Purpose::kShared : Purpose::kDevice);
+  const auto allocated = allocate(
+      device, buffer.bytes_, residency == Residency::kShared ? Purpose::kShared : Purpose::kDevice);
   if (!allocated) {
-    return volumes::fail(volumes::ErrorCode::kOutOfMemory,
-                         fmt::format("{}: {} bytes do not fit into the device's memory", use, bytes));
+    return volumes::fail(
+        volumes::ErrorCode::kOutOfMemory,
+        fmt::format("{}: {} bytes do not fit into the device's memory", use, bytes));
   }
   const Allocation& a = *allocated;
   buffer.device_ = &device;
   buffer.buffer_ = a.buffer;
   buffer.memory_ = a.memory;
   if (a.visible) buffer.mapped_ = map(device, a.memory);
-  const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = a.buffer};
+  const VkBufferDeviceAddressInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO,
+                                       .buffer = a.buffer};
   buffer.address_ = vkGetBufferDeviceAddress(device.handle(), &info);
   return buffer;
 }

@@ -21,9 +21,11 @@ enum class Residency : std::uint8_t {
 class DeviceBuffer {
  public:
   DeviceBuffer() = default;
-  /// `bytes` is rounded up to 16; 0 makes a buffer of 16. kUnsupported for what exceeds the device's largest allocation, naming the
-  /// limit; kOutOfMemory where the device has no room. Throws DeviceError for other failures.
-  static volumes::Expected<DeviceBuffer> make(Device& device, std::uint64_t bytes, const std::string& use,
+  /// `bytes` is rounded up to 16; 0 makes a buffer of 16. kUnsupported for what exceeds the
+  /// device's largest allocation, naming the limit; kOutOfMemory where the device has no room.
+  /// Throws DeviceError for other failures.
+  static volumes::Expected<DeviceBuffer> make(Device& device, std::uint64_t bytes,
+                                              const std::string& use,
                                               Residency residency = Residency::kDevice);
   DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
   DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {

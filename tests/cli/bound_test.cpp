@@ -1,4 +1,5 @@
-// A bound that a codec's parameters promise is kept, or the report, the row and the table say that it is not.
+// A bound that a codec's parameters promise is kept, or the report, the row and the table say that
+// it is not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +33,8 @@ class Bound : public testing::Test {
 };
 
 TEST_F(Bound, EncodeSaysThatItIsNotKept) {
-  const std::string command = "encode v.raw -o v.cvr --codec zfp -p mode=accuracy -p tolerance_log2=-10";
+  const std::string command =
+      "encode v.raw -o v.cvr --codec zfp -p mode=accuracy -p tolerance_log2=-10";
   const Outcome text = program_.run(command);
   EXPECT_EQ(text.exit_code, 1);
   EXPECT_THAT(text.out, HasSubstr("bound kept: no"));
@@ -46,7 +48,8 @@ TEST_F(Bound, EncodeSaysThatItIsNotKept) {
 }
 
 TEST_F(Bound, EncodeSaysThatItIsKept) {
-  const Outcome text = program_.run("encode v.raw -o v.cvr --codec zfp -p mode=accuracy -p tolerance_log2=0");
+  const Outcome text =
+      program_.run("encode v.raw -o v.cvr --codec zfp -p mode=accuracy -p tolerance_log2=0");
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("bound kept: yes"));
   const json without = json::parse(program_.run("encode v.raw -o v.cvr --codec zfp --json").out);

@@ -20,7 +20,8 @@ namespace cvr::cli_tests {
 
 /// Asks again and again, up to a minute: no test depends on the speed of a machine.
 template <class Condition>
-bool wait_until(const Condition& condition, std::chrono::milliseconds limit = std::chrono::minutes(1)) {
+bool wait_until(const Condition& condition,
+                std::chrono::milliseconds limit = std::chrono::minutes(1)) {
   const auto deadline = std::chrono::steady_clock::now() + limit;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
@@ -38,7 +39,8 @@ inline std::vector<pid_t> marked_processes(const std::string& mark) {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     std::ifstream in(entry.path() / "environ", std::ios::binary);  // empty of zombies
     const std::string environment{std::istreambuf_iterator<char>(in), {}};
-    if (environment.find("CVRBENCH_TEST_MARK=" + mark) != std::string::npos) found.push_back(std::stoi(name));
+    if (environment.find("CVRBENCH_TEST_MARK=" + mark) != std::string::npos)
+      found.push_back(std::stoi(name));
   }
   return found;
 }
@@ -46,7 +48,8 @@ inline std::vector<pid_t> marked_processes(const std::string& mark) {
 class Child {
  public:
   /// `arguments` behind the program's name, in the folder of `program`.
-  Child(const Program& program, const std::vector<std::string>& arguments) : mark_(program / "mark") {
+  Child(const Program& program, const std::vector<std::string>& arguments)
+      : mark_(program / "mark") {
     pid_ = fork();
     if (pid_ != 0) return;
     if (chdir((program / "").c_str()) != 0) _exit(126);
@@ -60,7 +63,8 @@ class Child {
     dup2(nowhere, STDOUT_FILENO);
     dup2(errors, STDERR_FILENO);
     std::vector<char*> words{const_cast<char*>("cvrbench")};
-    for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+    for (const std::string& argument : arguments)
+      words.push_back(const_cast<char*>(argument.c_str()));
     words.push_back(nullptr);
     execv(CVRBENCH_PROGRAM, words.data());
     _exit(127);
@@ -83,7 +87,8 @@ class Child {
   }
   bool runs() const {
     siginfo_t ended{};
-    return waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0;
+    return waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0;
   }
   /// It and the workers.
   std::size_t processes() const { return marked_processes(mark_).size(); }

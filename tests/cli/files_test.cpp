@@ -1,4 +1,5 @@
-// generate, convert, encode, decode, validate, inspect, at, error, list: results, exit codes, one clear line for every mistake.
+// generate, convert, encode, decode, validate, inspect, at, error, list: results, exit codes, one
+// clear line for every mistake.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +32,8 @@ class Files : public testing::Test {
 };
 
 TEST_F(Files, GenerateIsDeterministicAndConvertKeepsEveryVoxel) {
-  ASSERT_EQ(program_.run("generate cells --size 40,24,33 --seed 7 --threads 1 -o w.raw").exit_code, 0);
+  ASSERT_EQ(program_.run("generate cells --size 40,24,33 --seed 7 --threads 1 -o w.raw").exit_code,
+            0);
   EXPECT_EQ(program_.read("v.raw"), program_.read("w.raw"));
   EXPECT_EQ(program_.read("v.raw").size(), 40u * 24 * 33 * 4);
   for (const std::string name : {"c.h5", "c.nrrd", "c.nii.gz"}) {
@@ -55,7 +57,8 @@ TEST_F(Files, EncodeReportsSizesThatSum) {
   for (const auto& [name, bytes] : report["breakdown"].items()) sum += bytes.get<std::size_t>();
   EXPECT_EQ(sum, file.size());
   const double original = 40.0 * 24 * 33 * 4;
-  EXPECT_DOUBLE_EQ(report["rate"].get<double>(), 100.0 * static_cast<double>(file.size()) / original);
+  EXPECT_DOUBLE_EQ(report["rate"].get<double>(),
+                   100.0 * static_cast<double>(file.size()) / original);
   EXPECT_DOUBLE_EQ(report["published_rate"].get<double>(),
                    100.0 * report["published_bytes"].get<double>() / original);
   EXPECT_LT(report["published_bytes"].get<std::size_t>(), file.size());
@@ -124,7 +127,8 @@ TEST_F(Files, ScalarErrorsHaveKnownValues) {
 }
 
 TEST_F(Files, LossyFilesTellTheirErrorAndKeepIt) {
-  ASSERT_EQ(program_.run("generate shells --size 40,24,33 --seed 1 -p bits=32 -o s.raw").exit_code, 0);
+  ASSERT_EQ(program_.run("generate shells --size 40,24,33 --seed 1 -p bits=32 -o s.raw").exit_code,
+            0);
   ASSERT_EQ(program_.run("encode s.raw -o s.cvr --codec zfp -p block_bits=200").exit_code, 0);
   const json inspected = json::parse(program_.run("inspect s.cvr --json").out);
   const Outcome outcome = program_.run("error s.raw s.cvr --threads 2 --json");
@@ -132,23 +136,28 @@ TEST_F(Files, LossyFilesTellTheirErrorAndKeepIt) {
   const json report = json::parse(outcome.out);
   EXPECT_FALSE(report["exact"].get<bool>());
   for (const char* key : {"largest_error", "mean_squared_error"})
-    EXPECT_NEAR(report[key].get<double>(), inspected["recorded_error"][key].get<double>(), 1e-12) << key;
-  EXPECT_GT(report["edge_mean_squared_error"].get<double>(), report["mean_squared_error"].get<double>());
+    EXPECT_NEAR(report[key].get<double>(), inspected["recorded_error"][key].get<double>(), 1e-12)
+        << key;
+  EXPECT_GT(report["edge_mean_squared_error"].get<double>(),
+            report["mean_squared_error"].get<double>());
   EXPECT_GE(report["edge_voxels"].get<int>(), 40 * 24 * 33 / 20);
   EXPECT_EQ(report["non_finite_voxels"], 0);
-  EXPECT_LE(report["relative_error"]["p50"].get<double>(), report["relative_error"]["p99"].get<double>());
+  EXPECT_LE(report["relative_error"]["p50"].get<double>(),
+            report["relative_error"]["p99"].get<double>());
   // Single voxels are scalars, not bits.
   ASSERT_EQ(program_.run("decode s.cvr -o d.raw").exit_code, 0);
   for (const std::string where : {"0 0 0", "20 12 2", "39 23 32"})
-    EXPECT_EQ(program_.run("at s.cvr " + where).out, program_.run("at d.raw " + where).out) << where;
+    EXPECT_EQ(program_.run("at s.cvr " + where).out, program_.run("at d.raw " + where).out)
+        << where;
   expect_usage_error("encode v.raw -o x --codec zfp", "codec zfp ");
 }
 
 TEST_F(Files, DamagedFilesAreRefusedAtEveryByte) {
   const std::string whole = program_.read("v.cvr");
   EXPECT_EQ(program_.run("validate v.cvr").exit_code, 0);
-  for (const std::size_t at : {std::size_t{0}, std::size_t{9}, std::size_t{13}, std::size_t{20},
-                               std::size_t{50}, std::size_t{100}, whole.size() / 2, whole.size() - 1}) {
+  for (const std::size_t at :
+       {std::size_t{0}, std::size_t{9}, std::size_t{13}, std::size_t{20}, std::size_t{50},
+        std::size_t{100}, whole.size() / 2, whole.size() - 1}) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
     program_.write("damaged.cvr", damaged);
@@ -157,7 +166,8 @@ TEST_F(Files, DamagedFilesAreRefusedAtEveryByte) {
     expect_usage_error("at damaged.cvr 1 1 1", "damaged.cvr: ");
     expect_usage_error("decode damaged.cvr -o d.raw", "damaged.cvr: ");
   }
-  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, std::size_t{96}, whole.size() - 1}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{7}, std::size_t{96}, whole.size() - 1}) {
     program_.write("short.cvr", whole.substr(0, size));
     EXPECT_EQ(program_.run("validate short.cvr").exit_code, 1) << size;
     expect_usage_error("inspect short.cvr", "short.cvr: ");
@@ -170,14 +180,16 @@ TEST_F(Files, EveryMistakeIsOneLineAndExitCodeTwo) {
   expect_usage_error("encode v.raw --codec raw", "-o");
   expect_usage_error("encode none.raw -o x --codec raw", "none.raw");
   expect_usage_error("encode v.raw -o x --codec csgrv", "did you mean 'csgvr'?");
-  expect_usage_error("encode v.raw -o x --codec csgvr -p brick=17", "expected 16, 32, 64, found '17'");
+  expect_usage_error("encode v.raw -o x --codec csgvr -p brick=17",
+                     "expected 16, 32, 64, found '17'");
   expect_usage_error("encode v.raw -o x --codec csgvr -p brik=16", "unknown parameter 'brik'");
   expect_usage_error("encode v.raw -o x --codec csgvr --threads 0", "--threads");
   expect_usage_error("generate cells --size 0,1,1 --seed 1 -o x.raw", "expected X,Y,Z");
   expect_usage_error("generate cells --size 1,1 --seed 1 -o x.raw", "expected X,Y,Z");
   expect_usage_error("generate celsl --size 1,1,1 --seed 1 -o x.raw", "celsl");
   expect_usage_error("generate cells --size 1,1,1 --seed 1 -p x -o x.raw", "expected NAME=NUMBER");
-  expect_usage_error("generate cells --size 4,4,4 --seed 1 -o x.txt", "expected the name of a volume");
+  expect_usage_error("generate cells --size 4,4,4 --seed 1 -o x.txt",
+                     "expected the name of a volume");
   expect_usage_error("decode v.cvr -o d.raw --lod 9", "level of detail");
   expect_usage_error("decode none.cvr -o d.raw", "none.cvr");
   expect_usage_error("decode v.cvr -o d.txt", "expected the name of a volume");
@@ -190,7 +202,8 @@ TEST_F(Files, EveryMistakeIsOneLineAndExitCodeTwo) {
 TEST_F(Files, ListsAreJsonArraysOfTheRegistries) {
   const json codecs = json::parse(program_.run("list codecs --json").out);
   ASSERT_TRUE(codecs.is_array());
-  const auto found = std::ranges::find_if(codecs, [](const json& c) { return c["id"] == "csgvr-sb"; });
+  const auto found =
+      std::ranges::find_if(codecs, [](const json& c) { return c["id"] == "csgvr-sb"; });
   ASSERT_NE(found, codecs.end());
   EXPECT_EQ((*found)["access"], "voxel");
   EXPECT_EQ((*found)["parameters"][0]["name"], "brick");
@@ -202,12 +215,18 @@ TEST_F(Files, ListsAreJsonArraysOfTheRegistries) {
 }
 
 TEST_F(Files, SeriesKeepTheirStepsThroughFilesOfAllKinds) {
-  ASSERT_EQ(program_.run("generate moving --size 20,16,9 --seed 3 -p steps=3 -p largest=16 -o s.h5").exit_code, 0);
-  ASSERT_EQ(program_.run("generate moving --size 20,16,9 --seed 3 -p time=2 -p largest=16 -o last.h5").exit_code, 0);
+  ASSERT_EQ(program_.run("generate moving --size 20,16,9 --seed 3 -p steps=3 -p largest=16 -o s.h5")
+                .exit_code,
+            0);
+  ASSERT_EQ(
+      program_.run("generate moving --size 20,16,9 --seed 3 -p time=2 -p largest=16 -o last.h5")
+          .exit_code,
+      0);
   EXPECT_EQ(program_.run("error last.h5 's.h5[2]'").exit_code, 0);
   EXPECT_EQ(json::parse(program_.run("error last.h5 's.h5[2]' --json").out)["mismatches"], 0);
   for (const std::string books : {"step", "shared"}) {
-    const Outcome encoded = program_.run("encode s.h5 -o s.cvr --codec tvq -p rate=900 -p books=" + books + " --json");
+    const Outcome encoded =
+        program_.run("encode s.h5 -o s.cvr --codec tvq -p rate=900 -p books=" + books + " --json");
     ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
     const json inspected = json::parse(program_.run("inspect s.cvr --json").out);
     EXPECT_EQ(inspected["extent"], json({20, 16, 27}));
@@ -220,8 +239,12 @@ TEST_F(Files, SeriesKeepTheirStepsThroughFilesOfAllKinds) {
     EXPECT_LE(error["worst_step_psnr_db"], error["psnr_db"]);
     for (const std::string name : {"d.nii.gz", "d.nrrd", "d.raw", "d.h5"}) {
       ASSERT_EQ(program_.run("decode s.cvr -o " + name).exit_code, 0) << name;
-      EXPECT_EQ(json::parse(program_.run("inspect " + name + " --json").out)["time_steps"], 3) << name;
-      EXPECT_EQ(json::parse(program_.run("error s.h5 " + name + " --json").out)["mean_squared_error"], error["mean_squared_error"]) << name;
+      EXPECT_EQ(json::parse(program_.run("inspect " + name + " --json").out)["time_steps"], 3)
+          << name;
+      EXPECT_EQ(
+          json::parse(program_.run("error s.h5 " + name + " --json").out)["mean_squared_error"],
+          error["mean_squared_error"])
+          << name;
     }
     ASSERT_EQ(program_.run("validate s.cvr").exit_code, 0);
   }

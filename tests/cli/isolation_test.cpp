@@ -1,5 +1,6 @@
-// What a worker may do to a run: nothing. Workers are shell scripts here that break for the codec zstd and hand all other cells to the
-// real program; each break is a row with its reason, and the cells beside it are ok.
+// What a worker may do to a run: nothing. Workers are shell scripts here that break for the codec
+// zstd and hand all other cells to the real program; each break is a row with its reason, and the
+// cells beside it are ok.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,16 +41,20 @@ class Isolation : public testing::Test {
     program_.write("c.yaml", kConfig);
   }
 
-  /// A worker of which cells of zstd do `fault`, in the language of the shell, after their order has been read.
+  /// A worker of which cells of zstd do `fault`, in the language of the shell, after their order
+  /// has been read.
   std::string script(const std::string& fault) const {
-    program_.write("worker.sh", "#!/bin/sh\nread -r line\ncase \"$line\" in\n  *'\"codec\":\"zstd\"'*) " + fault +
-                                    ";;\n  *) { printf '%s\\n' \"$line\"; cat; } | " CVRBENCH_PROGRAM " worker;;\nesac\n");
+    program_.write(
+        "worker.sh",
+        "#!/bin/sh\nread -r line\ncase \"$line\" in\n  *'\"codec\":\"zstd\"'*) " + fault +
+            ";;\n  *) { printf '%s\\n' \"$line\"; cat; } | " CVRBENCH_PROGRAM " worker;;\nesac\n");
     chmod((program_ / "worker.sh").c_str(), 0755);
     return program_ / "worker.sh";
   }
 
   /// Rows by codec.
-  std::map<std::string, json> run(const std::string& fault, const std::string& setting = "timeout_s=60") {
+  std::map<std::string, json> run(const std::string& fault,
+                                  const std::string& setting = "timeout_s=60") {
     const std::string out = program_ / (fmt::format("o{}", runs_++));
     RunOptions options;
     options.contenders = {{script(fault), out}};
@@ -57,7 +62,8 @@ class Isolation : public testing::Test {
     const Config config = load_config(program_ / "c.yaml", Catalogue(), {setting});
     summary_ = run_config(config, options);
     std::map<std::string, json> rows;
-    for (const Row& row : load_rows(out + "/rows.jsonl")) rows[row["codec"]["id"].get<std::string>()] = row;
+    for (const Row& row : load_rows(out + "/rows.jsonl"))
+      rows[row["codec"]["id"].get<std::string>()] = row;
     return rows;
   }
 
@@ -65,7 +71,8 @@ class Isolation : public testing::Test {
   json broken(const std::string& fault, const std::string& setting = "timeout_s=60") {
     auto rows = run(fault, setting);
     EXPECT_EQ(rows.size(), 3u);
-    for (const char* other : {"memcpy", "raw"}) EXPECT_EQ(rows[other]["status"], "ok") << fault << rows[other].dump();
+    for (const char* other : {"memcpy", "raw"})
+      EXPECT_EQ(rows[other]["status"], "ok") << fault << rows[other].dump();
     return rows["zstd"];
   }
 
@@ -77,7 +84,9 @@ class Isolation : public testing::Test {
 TEST_F(Isolation, EndlessOutputIsCutOff) {
   const json row = broken("exec tr '\\0' x </dev/zero");
   EXPECT_EQ(row["status"], "failed");
-  EXPECT_THAT(row["reason"].get<std::string>(), AllOf(HasSubstr("gave an answer to the check that is none: 'xxxx"), testing::SizeIs(testing::Le(200u))));
+  EXPECT_THAT(row["reason"].get<std::string>(),
+              AllOf(HasSubstr("gave an answer to the check that is none: 'xxxx"),
+                    testing::SizeIs(testing::Le(200u))));
 }
 
 TEST_F(Isolation, EndlessComplaintsAreATimeOutAndTakeNoMemory) {
@@ -87,7 +96,9 @@ TEST_F(Isolation, EndlessComplaintsAreATimeOutAndTakeNoMemory) {
 
 TEST_F(Isolation, ComplaintsDoNotHoldUpAWorkerAndItsLastWordsAreTold) {
   const json row = broken("yes | head -c 3000000 >&2; printf 'last\\twords\\n' >&2; exit 7");
-  EXPECT_THAT(row["reason"].get<std::string>(), AllOf(HasSubstr("exit code 7"), HasSubstr("last\\twords"), testing::SizeIs(testing::Le(2000u))));
+  EXPECT_THAT(row["reason"].get<std::string>(),
+              AllOf(HasSubstr("exit code 7"), HasSubstr("last\\twords"),
+                    testing::SizeIs(testing::Le(2000u))));
 }
 
 TEST_F(Isolation, WhatIsNoAnswerIsARow) {
@@ -95,10 +106,13 @@ TEST_F(Isolation, WhatIsNoAnswerIsARow) {
   program_.write("deep.txt", deep + "\n");
   const std::string ready = "echo '{\"event\":\"ready\",\"parts\":{}}'; read -r round; ";
   for (const std::string& fault :
-       {std::string("echo hello; exec sleep 1000"), std::string("echo '[1]'"), std::string("echo '{\"event\": 7}'"),
-        std::string("echo '{\"event\":\"ready\",\"parts\":5}'"), std::string("echo '{\"event\":\"failure\",\"status\":3}'"),
-        std::string("echo '{\"event\":\"failure\",\"status\":\"ok\",\"reason\":\"fine\"}'"), "cat " + (program_ / "deep.txt"),
-        ready + "echo '{\"event\":\"round\",\"samples\":[]}'", ready + "echo '{\"event\":\"round\",\"samples\":[[\"encode\",-1,0,1]]}'",
+       {std::string("echo hello; exec sleep 1000"), std::string("echo '[1]'"),
+        std::string("echo '{\"event\": 7}'"),
+        std::string("echo '{\"event\":\"ready\",\"parts\":5}'"),
+        std::string("echo '{\"event\":\"failure\",\"status\":3}'"),
+        std::string("echo '{\"event\":\"failure\",\"status\":\"ok\",\"reason\":\"fine\"}'"),
+        "cat " + (program_ / "deep.txt"), ready + "echo '{\"event\":\"round\",\"samples\":[]}'",
+        ready + "echo '{\"event\":\"round\",\"samples\":[[\"encode\",-1,0,1]]}'",
         ready + "echo '{\"event\":\"round\"}'"}) {
     const json row = broken(fault);
     EXPECT_EQ(row["status"], "failed") << fault;
@@ -108,13 +122,15 @@ TEST_F(Isolation, WhatIsNoAnswerIsARow) {
 }
 
 TEST_F(Isolation, AnEndBeforeTheAnswerIsARow) {
-  EXPECT_THAT(broken("exit 0")["reason"].get<std::string>(), HasSubstr("crashed in the check: exit code 0"));
+  EXPECT_THAT(broken("exit 0")["reason"].get<std::string>(),
+              HasSubstr("crashed in the check: exit code 0"));
   EXPECT_EQ(broken("kill -9 $$")["status"], "out-of-memory");
   EXPECT_THAT(broken("kill -SEGV $$")["reason"].get<std::string>(), HasSubstr("signal 11"));
 }
 
 TEST_F(Isolation, AWorkerThatSaysNoMoreButDoesNotEndIsARow) {
-  EXPECT_THAT(broken("exec sleep 1000 >&2")["reason"].get<std::string>(), HasSubstr("said no more in the check and did not end"));
+  EXPECT_THAT(broken("exec sleep 1000 >&2")["reason"].get<std::string>(),
+              HasSubstr("said no more in the check and did not end"));
 }
 
 TEST_F(Isolation, WhatAWorkerStartedEndsWithIt) {
@@ -122,18 +138,22 @@ TEST_F(Isolation, WhatAWorkerStartedEndsWithIt) {
   const std::string pid = program_.read("pid");
   ASSERT_FALSE(pid.empty());
   const std::string stat = "/proc/" + pid.substr(0, pid.find('\n')) + "/stat";
-  EXPECT_TRUE(wait_until([&] {
-    std::ifstream in(stat);
-    const std::string text{std::istreambuf_iterator<char>(in), {}};
-    return text.empty() || text.find(") Z ") != std::string::npos;
-  }, std::chrono::seconds(20)));
+  EXPECT_TRUE(wait_until(
+      [&] {
+        std::ifstream in(stat);
+        const std::string text{std::istreambuf_iterator<char>(in), {}};
+        return text.empty() || text.find(") Z ") != std::string::npos;
+      },
+      std::chrono::seconds(20)));
 }
 
 TEST_F(Isolation, NoRoomForRowsEndsTheRunWithThreeAndAResumeGoesOn) {
-  const std::string in_folder = "cd " + (program_ / "") + " && XDG_CACHE_HOME=" + (program_ / "cache") + " ";
+  const std::string in_folder =
+      "cd " + (program_ / "") + " && XDG_CACHE_HOME=" + (program_ / "cache") + " ";
   ASSERT_EQ(program_.run("run c.yaml --out before").exit_code, 0);  // so that the raw copy is there
   // Two rows have 8 KiB; dash counts 512 bytes, other shells 1 KiB.
-  const std::string limited = in_folder + "sh -c 'ulimit -f 8; exec " CVRBENCH_PROGRAM " run c.yaml --out o' >/dev/null 2>stderr";
+  const std::string limited = in_folder + "sh -c 'ulimit -f 8; exec " CVRBENCH_PROGRAM
+                                          " run c.yaml --out o' >/dev/null 2>stderr";
   const int status = std::system(limited.c_str());
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 3) << status << program_.read("stderr");
   EXPECT_THAT(program_.read("stderr"), HasSubstr("cannot write: File too large"));
@@ -146,9 +166,11 @@ TEST_F(Isolation, NoRoomForRowsEndsTheRunWithThreeAndAResumeGoesOn) {
 }
 
 TEST_F(Isolation, AFullScratchDiskCostsNoCell) {
-  const std::string mounted = "cd " + (program_ / "") + " && XDG_CACHE_HOME=" + (program_ / "cache") +
-                              " unshare -rm sh -c 'mkdir -p o/scratch && mount -t tmpfs -o size=64k none o/scratch && "
-                              "head -c 60000 /dev/zero >o/scratch/full; exec " CVRBENCH_PROGRAM " run c.yaml --out o' >/dev/null 2>stderr";
+  const std::string mounted =
+      "cd " + (program_ / "") + " && XDG_CACHE_HOME=" + (program_ / "cache") +
+      " unshare -rm sh -c 'mkdir -p o/scratch && mount -t tmpfs -o size=64k none o/scratch && "
+      "head -c 60000 /dev/zero >o/scratch/full; exec " CVRBENCH_PROGRAM
+      " run c.yaml --out o' >/dev/null 2>stderr";
   if (std::system("unshare -rm sh -c 'mount -t tmpfs none /mnt' 2>/dev/null") != 0)
     GTEST_SKIP() << "no right to mount a file system";
   EXPECT_EQ(std::system(mounted.c_str()), 0) << program_.read("stderr");
@@ -168,8 +190,10 @@ TEST_F(Isolation, ACacheThatCannotBeWrittenIsAReasonAndExitCodeThree) {
 
 TEST_F(Isolation, AChangedCopyIsMadeAnew) {
   ASSERT_EQ(program_.run("run c.yaml --out a").exit_code, 0);
-  const json first = json::parse(program_.read("a/rows.jsonl").substr(0, program_.read("a/rows.jsonl").find('\n')));
-  const std::string name = "cache/cvrbench/" + first["dataset"]["identity"].get<std::string>() + ".raw";
+  const json first = json::parse(
+      program_.read("a/rows.jsonl").substr(0, program_.read("a/rows.jsonl").find('\n')));
+  const std::string name =
+      "cache/cvrbench/" + first["dataset"]["identity"].get<std::string>() + ".raw";
   const std::string voxels = program_.read(name);
   ASSERT_EQ(voxels.size(), first["dataset"]["bytes"].get<std::size_t>());
   std::string changed = voxels;
@@ -177,7 +201,8 @@ TEST_F(Isolation, AChangedCopyIsMadeAnew) {
   program_.write(name, changed);
   ASSERT_EQ(program_.run("run c.yaml --out b").exit_code, 0);
   EXPECT_EQ(program_.read(name), voxels);
-  const json second = json::parse(program_.read("b/rows.jsonl").substr(0, program_.read("b/rows.jsonl").find('\n')));
+  const json second = json::parse(
+      program_.read("b/rows.jsonl").substr(0, program_.read("b/rows.jsonl").find('\n')));
   EXPECT_EQ(second["dataset"]["content_hash"], first["dataset"]["content_hash"]);
   const std::string sidecar = program_.read(name + ".yaml");
   std::string turned = sidecar;

@@ -1,5 +1,5 @@
-// Runs that are killed, interrupted, stopped, resumed, or meet another run in their folder: no finished round or row is lost, torn or
-// doubled, and no worker outlives its run.
+// Runs that are killed, interrupted, stopped, resumed, or meet another run in their folder: no
+// finished round or row is lost, torn or doubled, and no worker outlives its run.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,9 @@ std::vector<json> whole_lines(const std::string& text) {
   return lines;
 }
 
-std::string without_torn_line(const std::string& text) { return text.substr(0, text.rfind('\n') + 1); }
+std::string without_torn_line(const std::string& text) {
+  return text.substr(0, text.rfind('\n') + 1);
+}
 
 /// Cell, status and rounds of every row, sorted.
 std::vector<std::string> outcomes(const std::string& rows) {
@@ -70,10 +72,14 @@ class Kill : public testing::Test {
   void SetUp() override { program_.write("c.yaml", kConfig); }
   /// A run that hangs in its last cell, with rows and a journal.
   void write_hanging_config() const {
-    program_.write("hang.yaml", std::string(kConfig) + "test_fault: {fault: hang, codec: raw, stage: random-access}\n");
+    program_.write(
+        "hang.yaml",
+        std::string(kConfig) + "test_fault: {fault: hang, codec: raw, stage: random-access}\n");
   }
   bool hangs(const Child& child, const std::string& out = "o") const {
-    return wait_until([&] { return whole_lines(program_.read(out + "/rows.jsonl")).size() >= 4 && child.processes() >= 2; });
+    return wait_until([&] {
+      return whole_lines(program_.read(out + "/rows.jsonl")).size() >= 4 && child.processes() >= 2;
+    });
   }
   Program program_;
 };
@@ -92,7 +98,8 @@ class Campaign {
     std::this_thread::sleep_for(delay);
     child.send(SIGKILL);
     const int status = child.wait();
-    EXPECT_TRUE(wait_until([&] { return child.processes() == 0; }, 20s)) << "a worker outlives its run";
+    EXPECT_TRUE(wait_until([&] { return child.processes() == 0; }, 20s))
+        << "a worker outlives its run";
     check();
     if (WIFSIGNALED(status)) return true;
     EXPECT_EQ(status, 0) << program_.read("child-stderr");
@@ -101,15 +108,18 @@ class Campaign {
 
   /// What is there is what was there, and more.
   void check() {
-    const std::string rows_now = without_torn_line(rows()), journal_now = without_torn_line(journal());
+    const std::string rows_now = without_torn_line(rows()),
+                      journal_now = without_torn_line(journal());
     EXPECT_TRUE(rows_now.starts_with(rows_)) << "a row was lost";
     rows_ = rows_now;
     std::map<std::string, int> ok;
-    for (const json& row : whole_lines(rows_now)) EXPECT_EQ(++ok[row["cell"].get<std::string>()], 1) << "a row was doubled";
+    for (const json& row : whole_lines(rows_now))
+      EXPECT_EQ(++ok[row["cell"].get<std::string>()], 1) << "a row was doubled";
     for (const auto& [cell, seconds] : rounds_in(journal_now)) {
       auto& before = journalled_[cell];
       EXPECT_GE(seconds.size(), before.size()) << "a round was lost";
-      EXPECT_TRUE(std::equal(before.begin(), before.end(), seconds.begin())) << "a round was changed";
+      EXPECT_TRUE(std::equal(before.begin(), before.end(), seconds.begin()))
+          << "a round was changed";
       EXPECT_LE(seconds.size(), 5u) << "a round too many";
       before = seconds;
     }
@@ -127,7 +137,8 @@ class Campaign {
       const auto samples = row["time"]["seconds"]["samples"].get<std::vector<double>>();
       const auto& kept = journalled_[row["cell"].get<std::string>()];
       ASSERT_GE(samples.size(), kept.size());
-      EXPECT_TRUE(std::equal(kept.begin(), kept.end(), samples.begin())) << "a finished round is not in the row";
+      EXPECT_TRUE(std::equal(kept.begin(), kept.end(), samples.begin()))
+          << "a finished round is not in the row";
     }
   }
 
@@ -143,7 +154,8 @@ class Campaign {
 TEST_F(Kill, AHundredKillsLoseNothing) {
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(program_.run("run c.yaml --out reference").exit_code, 0);
-  const auto whole = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start);
+  const auto whole = std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::steady_clock::now() - start);
   const auto expected = outcomes(program_.read("reference/rows.jsonl"));
   ASSERT_EQ(expected.size(), 5u);
   std::mt19937 random(20);
@@ -153,7 +165,8 @@ TEST_F(Kill, AHundredKillsLoseNothing) {
     Campaign campaign(program_, fmt::format("o{}", folders++));
     for (int i = 0; i < 25 && kills < 100; ++i) {
       const bool late = random() % 2 == 0;
-      const std::chrono::microseconds delay(static_cast<std::int64_t>(random() % static_cast<unsigned>(late ? longest / 4 : longest)));
+      const std::chrono::microseconds delay(static_cast<std::int64_t>(
+          random() % static_cast<unsigned>(late ? longest / 4 : longest)));
       if (!campaign.kill_once(delay, late)) {
         ++ended;
         break;
@@ -163,7 +176,8 @@ TEST_F(Kill, AHundredKillsLoseNothing) {
     campaign.finish(expected);
   }
   EXPECT_EQ(kills, 100);
-  std::cout << kills << " kills in " << folders << " folders, " << ended << " runs ended before their kill\n";
+  std::cout << kills << " kills in " << folders << " folders, " << ended
+            << " runs ended before their kill\n";
 }
 
 TEST_F(Kill, SignalsEndTheWorkersAndLeaveWholeFiles) {
@@ -187,8 +201,10 @@ TEST_F(Kill, SignalsEndTheWorkersAndLeaveWholeFiles) {
 
 TEST_F(Kill, AShellSeesTheSignalInTheExitCode) {
   write_hanging_config();
-  const std::string command = "cd " + (program_ / "") + " && XDG_CACHE_HOME=" + (program_ / "cache") +
-                              " timeout -s TERM 5 " CVRBENCH_PROGRAM " run hang.yaml --out o >/dev/null 2>&1; test $? = 124 && "
+  const std::string command = "cd " + (program_ / "") +
+                              " && XDG_CACHE_HOME=" + (program_ / "cache") +
+                              " timeout -s TERM 5 " CVRBENCH_PROGRAM
+                              " run hang.yaml --out o >/dev/null 2>&1; test $? = 124 && "
                               "test ! -e o/scratch";
   EXPECT_EQ(std::system(command.c_str()), 0) << "timeout(1) sends the signal twice";
 }
@@ -209,15 +225,19 @@ TEST_F(Kill, ARunIsRefusedWhereAnotherOneRunsBeforeItChangesAnything) {
   write_hanging_config();
   Child child(program_, {"run", "hang.yaml", "--out", "o"});
   ASSERT_TRUE(hangs(child));
-  const std::string rows = program_.read("o/rows.jsonl"), journal = program_.read("o/journal.jsonl");
+  const std::string rows = program_.read("o/rows.jsonl"),
+                    journal = program_.read("o/journal.jsonl");
   ASSERT_FALSE(journal.empty());
   const std::string program = CVRBENCH_PROGRAM;
   for (const std::string& command :
-       {std::string("run c.yaml --out o --force"), std::string("run c.yaml --out o --resume"), std::string("aa c.yaml --out o"),
-        "ab " + program + " " + program + " c.yaml --out o", std::string("baseline update c.yaml --out o --baseline b")}) {
+       {std::string("run c.yaml --out o --force"), std::string("run c.yaml --out o --resume"),
+        std::string("aa c.yaml --out o"), "ab " + program + " " + program + " c.yaml --out o",
+        std::string("baseline update c.yaml --out o --baseline b")}) {
     const Outcome refused = program_.run(command);
     EXPECT_EQ(refused.exit_code, 2) << command << refused.err;
-    EXPECT_THAT(refused.err, HasSubstr("expected to be the only run that writes here, found another one")) << command;
+    EXPECT_THAT(refused.err,
+                HasSubstr("expected to be the only run that writes here, found another one"))
+        << command;
     EXPECT_EQ(program_.read("o/rows.jsonl"), rows) << command;
     EXPECT_EQ(program_.read("o/journal.jsonl"), journal) << command;
     EXPECT_TRUE(std::filesystem::exists(program_ / "o/scratch")) << command;
@@ -229,11 +249,13 @@ TEST_F(Kill, ARunIsRefusedInTheFoldersOfTwoPrograms) {
   Child child(program_, {"ab", CVRBENCH_PROGRAM, CVRBENCH_PROGRAM, "hang.yaml", "--out", "o"});
   ASSERT_TRUE(hangs(child, "o/b"));
   for (const char* folder : {"o", "o/a", "o/b"})
-    EXPECT_EQ(program_.run(std::string("run c.yaml --force --out ") + folder).exit_code, 2) << folder;
+    EXPECT_EQ(program_.run(std::string("run c.yaml --force --out ") + folder).exit_code, 2)
+        << folder;
 }
 
 TEST_F(Kill, ResumingAddsNoRowThatSaysWhatTheLastOneSays) {
-  program_.write("m.yaml", std::string(kConfig) + "  - {datasets: [bonsai], codecs: [raw], stages: [encode]}\n");
+  program_.write("m.yaml", std::string(kConfig) +
+                               "  - {datasets: [bonsai], codecs: [raw], stages: [encode]}\n");
   ASSERT_EQ(program_.run("run m.yaml --out o").exit_code, 0);
   const std::string rows = program_.read("o/rows.jsonl");
   EXPECT_THAT(rows, HasSubstr("\"unsupported\""));
@@ -246,11 +268,16 @@ TEST_F(Kill, ResumingAddsNoRowThatSaysWhatTheLastOneSays) {
 }
 
 TEST_F(Kill, ForceMeasuresTheCellsOfEveryConfigurationAgain) {
-  program_.write("a.yaml", "rounds: 1\nmatrix:\n  - {datasets: [{generator: cells, extent: [9, 9, 9], name: a}], codecs: [raw], stages: [encode]}\n");
-  program_.write("b.yaml", "rounds: 1\nmatrix:\n  - {datasets: [{generator: cells, extent: [9, 9, 9], name: b, seed: 2}], codecs: [raw], stages: [encode]}\n");
+  program_.write("a.yaml",
+                 "rounds: 1\nmatrix:\n  - {datasets: [{generator: cells, extent: [9, 9, 9], name: "
+                 "a}], codecs: [raw], stages: [encode]}\n");
+  program_.write("b.yaml",
+                 "rounds: 1\nmatrix:\n  - {datasets: [{generator: cells, extent: [9, 9, 9], name: "
+                 "b, seed: 2}], codecs: [raw], stages: [encode]}\n");
   ASSERT_EQ(program_.run("run a.yaml b.yaml --out o").exit_code, 0);
   ASSERT_EQ(program_.run("run a.yaml b.yaml a.yaml --out o --force").exit_code, 0);
-  EXPECT_EQ(whole_lines(program_.read("o/rows.jsonl")).size(), 8u) << "two of each, twice; the second a.yaml finds its cells done";
+  EXPECT_EQ(whole_lines(program_.read("o/rows.jsonl")).size(), 8u)
+      << "two of each, twice; the second a.yaml finds its cells done";
 }
 
 TEST_F(Kill, RoundsBeyondTheLargestNumberAreLeftOut) {
@@ -259,11 +286,16 @@ TEST_F(Kill, RoundsBeyondTheLargestNumberAreLeftOut) {
   std::vector<std::string> arguments{"run", "c.yaml", "--out", "o"};
   for (std::string word; words >> word;) arguments.push_back(word);
   Child child(program_, arguments);
-  ASSERT_TRUE(wait_until([&] { return std::ranges::count(program_.read("o/journal.jsonl"), '\n') >= 30; }));
+  ASSERT_TRUE(
+      wait_until([&] { return std::ranges::count(program_.read("o/journal.jsonl"), '\n') >= 30; }));
   child.send(SIGTERM);
   child.wait();
   const auto journalled = rounds_in(program_.read("o/journal.jsonl"));
-  ASSERT_EQ(program_.run("run c.yaml --out o --resume --only stage=encode --set rounds=3 --set max_rounds=3 --set target_interval=0.000001").exit_code, 0);
+  ASSERT_EQ(program_
+                .run("run c.yaml --out o --resume --only stage=encode --set rounds=3 --set "
+                     "max_rounds=3 --set target_interval=0.000001")
+                .exit_code,
+            0);
   std::size_t left_out = 0;
   for (const json& row : whole_lines(program_.read("o/rows.jsonl"))) {
     if (row["stage"] != "encode") continue;
@@ -274,7 +306,8 @@ TEST_F(Kill, RoundsBeyondTheLargestNumberAreLeftOut) {
     const auto& kept = journalled.at(row["cell"].get<std::string>());
     EXPECT_TRUE(std::equal(samples.begin(), samples.end(), kept.begin()));
     const std::string stop = row["time"]["stop"];
-    EXPECT_THAT(stop, HasSubstr(std::to_string(kept.size() - 3) + " more of an interrupted run are left out"));
+    EXPECT_THAT(stop, HasSubstr(std::to_string(kept.size() - 3) +
+                                " more of an interrupted run are left out"));
     ++left_out;
   }
   EXPECT_EQ(left_out, 3u);
@@ -293,7 +326,8 @@ TEST_F(Kill, FilesThatAKilledRunLeftAreRemovedByTheNextOneAndNoOthers) {
   program_.write("o/film.part1", "the user's");
   ASSERT_EQ(program_.run("run c.yaml --out o --only codec=raw --only stage=encode").exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(program_ / "o/tables/t.md.part17"));
-  for (const std::string& name : left) EXPECT_FALSE(std::filesystem::exists(program_ / ("o/scratch/" + name))) << name;
+  for (const std::string& name : left)
+    EXPECT_FALSE(std::filesystem::exists(program_ / ("o/scratch/" + name))) << name;
   EXPECT_TRUE(std::filesystem::exists(program_ / "o/scratch/mine.txt"));
   EXPECT_TRUE(std::filesystem::exists(program_ / "o/film.part1"));
 }

@@ -1,4 +1,5 @@
-// What plan says of memory before anything has run, against what workers then take, for every codec and stage at two sizes.
+// What plan says of memory before anything has run, against what workers then take, for every codec
+// and stage at two sizes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +42,8 @@ std::map<std::string, json> rows_of(const Program& program, const std::string& o
 }
 
 std::string config(const std::string& datasets, const std::string& codecs) {
-  return "title: T\nrounds: 2\nmax_rounds: 2\ntimeout_s: 120\nmatrix:\n  - datasets: [" + datasets + "]\n    codecs: " + codecs +
+  return "title: T\nrounds: 2\nmax_rounds: 2\ntimeout_s: 120\nmatrix:\n  - datasets: [" + datasets +
+         "]\n    codecs: " + codecs +
          "\n    stages: [encode, decode, random-access]\n    threads: [1]\n";
 }
 
@@ -78,20 +80,25 @@ class Memory : public testing::Test {
 };
 
 TEST_F(Memory, OfLabelsIsForecast) {
-  expect_forecast(config("{generator: cells, extent: [96, 96, 96], name: small}, {generator: cells, extent: [120, 120, 120], name: large}",
-                         "lossless"));
+  expect_forecast(
+      config("{generator: cells, extent: [96, 96, 96], name: small}, {generator: cells, extent: "
+             "[120, 120, 120], name: large}",
+             "lossless"));
 }
 
 TEST_F(Memory, OfScalarsIsForecast) {
-  expect_forecast(config("{generator: turbulence, parameters: {bits: 8}, extent: [64, 64, 64], name: small}, "
-                         "{generator: turbulence, parameters: {bits: 32}, extent: [96, 96, 96], name: large}",
-                         "[zstd, lzma, hdf5-gzip, zfp, astc, bc4, vq, hvq, tvq]"));
+  expect_forecast(
+      config("{generator: turbulence, parameters: {bits: 8}, extent: [64, 64, 64], name: small}, "
+             "{generator: turbulence, parameters: {bits: 32}, extent: [96, 96, 96], name: large}",
+             "[zstd, lzma, hdf5-gzip, zfp, astc, bc4, vq, hvq, tvq]"));
 }
 
 /// A row of the same cell is the forecast; one of another volume scales it.
 TEST_F(Memory, RowsTeachThePlan) {
-  program_.write("c.yaml", config("{generator: cells, extent: [64, 64, 64], name: small}", "[zstd]"));
-  program_.write("d.yaml", config("{generator: cells, extent: [96, 96, 96], name: large}", "[zstd]"));
+  program_.write("c.yaml",
+                 config("{generator: cells, extent: [64, 64, 64], name: small}", "[zstd]"));
+  program_.write("d.yaml",
+                 config("{generator: cells, extent: [96, 96, 96], name: large}", "[zstd]"));
   const auto before = planned_mib(program_.run("plan d.yaml --out o").out);
   ASSERT_EQ(program_.run("run c.yaml --out o").exit_code, 0);
   // As if the machine took twice as much.

@@ -1,6 +1,6 @@
-// What every command that writes promises: an output that cannot be written is exit code 3 with its name and
-// the reason, inputs are never replaced, lost standard output is never exit code 0, and a signal leaves
-// nothing unfinished.
+// What every command that writes promises: an output that cannot be written is exit code 3 with its
+// name and the reason, inputs are never replaced, lost standard output is never exit code 0, and a
+// signal leaves nothing unfinished.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -132,26 +132,28 @@ TEST_F(Output, InputsAreNeverReplaced) {
   for (const std::string command :
        {"encode p.precomputed --codec raw -o p.precomputed/info",
         "encode link/ --codec raw -o p.precomputed/new.cvr", "convert p.precomputed p.precomputed",
-        "convert p.precomputed link/", "convert p.precomputed p.precomputed/a.h5", "decode v.cvr -o link.raw",
-        "decode v.cvr -o hard.nrrd"}) {
+        "convert p.precomputed link/", "convert p.precomputed p.precomputed/a.h5",
+        "decode v.cvr -o link.raw", "decode v.cvr -o hard.nrrd"}) {
     expect_failure(command, 2, "which is read");
   }
   EXPECT_EQ(program_.read("v.raw"), voxels);
   EXPECT_EQ(program_.read("v.raw.yaml"), sidecar);
   EXPECT_EQ(program_.read("v.cvr"), encoded);
   EXPECT_EQ(program_.run("error v.raw p.precomputed").exit_code, 0);
-  EXPECT_THAT(program_.run("convert v.raw emptydir").err, HasSubstr("expected the name of a volume"));
+  EXPECT_THAT(program_.run("convert v.raw emptydir").err,
+              HasSubstr("expected the name of a volume"));
 }
 
 TEST_F(Output, LostStandardOutputIsNeverExitCodeZero) {
   for (const std::string command :
-       {"--help", "--version", "encode --help", "list codecs", "list metrics --json", "inspect v.cvr",
-        "inspect v.raw", "at v.cvr 0 0 0", "error v.raw v.cvr --json", "validate v.cvr",
-        "encode v.raw -o w.cvr --codec raw"}) {
+       {"--help", "--version", "encode --help", "list codecs", "list metrics --json",
+        "inspect v.cvr", "inspect v.raw", "at v.cvr 0 0 0", "error v.raw v.cvr --json",
+        "validate v.cvr", "encode v.raw -o w.cvr --codec raw"}) {
     SCOPED_TRACE(command);
     const Outcome full = program_.run(command + " > /dev/full");
     EXPECT_EQ(full.exit_code, 3);
-    EXPECT_THAT(full.err, HasSubstr("cvrbench: standard output: cannot write: No space left on device"));
+    EXPECT_THAT(full.err,
+                HasSubstr("cvrbench: standard output: cannot write: No space left on device"));
     EXPECT_EQ(std::ranges::count(full.err, '\n'), 1) << full.err;
     const Outcome closed = program_.run(command + " >&-");
     EXPECT_EQ(closed.exit_code, 3);
@@ -166,7 +168,8 @@ TEST_F(Output, ClosedDescriptorsTakeNothingFromOutputs) {
   EXPECT_EQ(program_.run("convert v.raw w.raw <&- >&-").exit_code, 0)
       << "nothing was printed, nothing is lost";
   EXPECT_EQ(program_.read("w.raw"), program_.read("v.raw"));
-  EXPECT_EQ(program_.run("encode v.raw -o w.cvr --codec raw <&- >&-").exit_code, 3) << "the report is lost";
+  EXPECT_EQ(program_.run("encode v.raw -o w.cvr --codec raw <&- >&-").exit_code, 3)
+      << "the report is lost";
   EXPECT_EQ(program_.read("w.cvr"), program_.read("v.cvr"));
   const Outcome silent = program_.run("convert none.raw x.raw 2>&-");
   EXPECT_EQ(silent.exit_code, 2);
@@ -175,21 +178,23 @@ TEST_F(Output, ClosedDescriptorsTakeNothingFromOutputs) {
 TEST_F(Output, AReaderThatWentAwayEndsTheProgramQuietly) {
   // The fifo's reader is closed before the program writes.
   for (const std::string setting : {"", "trap '' PIPE; "}) {
-    const Outcome outcome = program_.run("--version > /dev/null; " + setting +
-                                         "{ sleep 0.3; " CVRBENCH_PROGRAM
-                                         " list codecs 2> complaints; echo $? > code; } | true; cat code");
+    const Outcome outcome =
+        program_.run("--version > /dev/null; " + setting +
+                     "{ sleep 0.3; " CVRBENCH_PROGRAM
+                     " list codecs 2> complaints; echo $? > code; } | true; cat code");
     EXPECT_EQ(outcome.out, "141\n") << setting;
     EXPECT_EQ(program_.read("complaints"), "") << setting;
   }
 }
 
-/// Starts a command, waits until it has an unfinished output, sends the signal. The exit code as a shell sees it.
+/// Starts a command, waits until it has an unfinished output, sends the signal. The exit code as a
+/// shell sees it.
 int interrupted(const Program& program, const std::string& command, const std::string& signal_name,
                 const std::string& partial) {
-  const std::string line = "--version > /dev/null; " CVRBENCH_PROGRAM " " + command +
-                           " & child=$!; n=0; while [ ! -e " + partial +
-                           " ] && kill -0 $child && [ $n -lt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -" +
-                           signal_name + " $child; wait $child; echo $?";
+  const std::string line =
+      "--version > /dev/null; " CVRBENCH_PROGRAM " " + command + " & child=$!; n=0; while [ ! -e " +
+      partial + " ] && kill -0 $child && [ $n -lt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -" +
+      signal_name + " $child; wait $child; echo $?";
   const Outcome outcome = program.run(line);
   return std::atoi(outcome.out.c_str());
 }
@@ -200,14 +205,16 @@ TEST_F(Output, ASignalLeavesNothingUnfinished) {
     int exit_code;
   };
   program_.write("old.nii.gz", "old");
-  // A shell starts background jobs with SIGINT ignored, which the program obeys; the other two go the same way.
+  // A shell starts background jobs with SIGINT ignored, which the program obeys; the other two go
+  // the same way.
   for (const Case& c : {Case{"TERM", 143}, Case{"HUP", 129}}) {
     for (const std::string& name :
          {std::string("old.nii.gz"), std::string("n.raw"), std::string("n.precomputed")}) {
       SCOPED_TRACE(name + " " + c.signal);
-      EXPECT_EQ(interrupted(program_, "generate cells --size 400,400,400 --seed 1 --threads 1 -o " + name,
-                            c.signal, name + ".part0"),
-                c.exit_code);
+      EXPECT_EQ(
+          interrupted(program_, "generate cells --size 400,400,400 --seed 1 --threads 1 -o " + name,
+                      c.signal, name + ".part0"),
+          c.exit_code);
       EXPECT_EQ(unfinished(), "");
     }
   }
@@ -222,8 +229,8 @@ TEST_F(Output, CtrlCIsExitCode130) {
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(99);
     signal(SIGINT, SIG_DFL);
-    execl(CVRBENCH_PROGRAM, CVRBENCH_PROGRAM, "generate", "cells", "--size", "400,400,400", "--seed", "1",
-          "-o", "n.nrrd", nullptr);
+    execl(CVRBENCH_PROGRAM, CVRBENCH_PROGRAM, "generate", "cells", "--size", "400,400,400",
+          "--seed", "1", "-o", "n.nrrd", nullptr);
     _exit(98);
   }
   for (int i = 0; i < 600 && !fs::exists(program_ / "n.nrrd.part0"); ++i)

@@ -31,11 +31,13 @@ class Program {
 
   std::string operator/(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// The arguments as a shell reads them; the current folder is the test's own. `before`: commands of the shell that go first.
+  /// The arguments as a shell reads them; the current folder is the test's own. `before`: commands
+  /// of the shell that go first.
   Outcome run(const std::string& arguments, const std::string& before = "") const {
-    const std::string command = "cd " + folder_.string() + " && " + before + "XDG_CACHE_HOME=" + (*this / "cache") + " XDG_DATA_HOME=" + (*this / "share") +
-                                " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " + arguments + " 2>" +
-                                (*this / "stderr");
+    const std::string command =
+        "cd " + folder_.string() + " && " + before + "XDG_CACHE_HOME=" + (*this / "cache") +
+        " XDG_DATA_HOME=" + (*this / "share") + " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " +
+        arguments + " 2>" + (*this / "stderr");
     FILE* pipe = popen(command.c_str(), "r");
     Outcome outcome{-1, "", ""};
     std::array<char, 4096> block;

@@ -1,4 +1,5 @@
-// render, list caches, list devices and the render stage of run, on whatever Vulkan device there is; lavapipe will do.
+// render, list caches, list devices and the render stage of run, on whatever Vulkan device there
+// is; lavapipe will do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,10 +16,13 @@
 namespace cvr::cli_tests {
 namespace {
 
-/// Sets a variable of the environment, which the programs run here inherit, for the length of a block.
+/// Sets a variable of the environment, which the programs run here inherit, for the length of a
+/// block.
 class Variable {
  public:
-  Variable(const char* name, const std::string& value) : name_(name) { setenv(name, value.c_str(), 1); }
+  Variable(const char* name, const std::string& value) : name_(name) {
+    setenv(name, value.c_str(), 1);
+  }
   ~Variable() { unsetenv(name_); }
   Variable(const Variable&) = delete;
   Variable& operator=(const Variable&) = delete;
@@ -70,7 +74,8 @@ class Render : public testing::Test {
 
 TEST_F(Render, APictureFromAVolumeIsThatOfItsEncodedFile) {
   ASSERT_EQ(program_.run("encode v.h5 -o v.cvr --codec csgvr-sb").exit_code, 0);
-  const std::string common = " --scene cells --size 96x54 --part 0.3 --shading shadow --cache-mib 4 ";
+  const std::string common =
+      " --scene cells --size 96x54 --part 0.3 --shading shadow --cache-mib 4 ";
   const Outcome plain = program_.run("render v.h5" + common + "-o a.png --ids a.u64");
   ASSERT_EQ(plain.exit_code, 0) << plain.err;
   EXPECT_THAT(plain.out, HasSubstr("raw 48x48x48, access none, shadow 96x54"));
@@ -84,10 +89,11 @@ TEST_F(Render, APictureFromAVolumeIsThatOfItsEncodedFile) {
   }
   EXPECT_GT(seen.size(), 5u) << "the picture shows next to nothing";
   EXPECT_TRUE(program_.read("a.png").starts_with("\x89PNG"));
-  const Outcome cached = program_.run("render v.cvr" + common + "--cache brick -o b.png --ids b.u64");
+  const Outcome cached =
+      program_.run("render v.cvr" + common + "--cache brick -o b.png --ids b.u64");
   ASSERT_EQ(cached.exit_code, 0) << cached.err;
-  const Outcome encoded = program_.run("render v.h5" + common +
-                                       "--codec csgvr-sb -p brick=32 --cache voxel -o c.png --ids c.u64");
+  const Outcome encoded = program_.run(
+      "render v.h5" + common + "--codec csgvr-sb -p brick=32 --cache voxel -o c.png --ids c.u64");
   ASSERT_EQ(encoded.exit_code, 0) << encoded.err;
   for (const std::string name : {"b", "c"}) {
     EXPECT_TRUE(program_.read(name + ".png") == program_.read("a.png")) << name << ".png differs";
@@ -97,7 +103,8 @@ TEST_F(Render, APictureFromAVolumeIsThatOfItsEncodedFile) {
 
 TEST_F(Render, SequencesAreNumberedAndReported) {
   const Outcome outcome = program_.run(
-      "render v.h5 --scene inside --size 40x30 --shading ao --samples 2 --frames 3 -o s.png --json");
+      "render v.h5 --scene inside --size 40x30 --shading ao --samples 2 --frames 3 -o s.png "
+      "--json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_EQ(report["files"], json::array({"s_0000.png", "s_0001.png", "s_0002.png"}));
@@ -107,7 +114,8 @@ TEST_F(Render, SequencesAreNumberedAndReported) {
   EXPECT_FALSE(report["device"]["name"].get<std::string>().empty());
   for (const char* name : {"s_0000.png", "s_0001.png", "s_0002.png"})
     EXPECT_FALSE(program_.read(name).empty()) << name;
-  EXPECT_TRUE(program_.read("s_0000.png") != program_.read("s_0002.png")) << "the camera stands still";
+  EXPECT_TRUE(program_.read("s_0000.png") != program_.read("s_0002.png"))
+      << "the camera stands still";
 }
 
 TEST_F(Render, MistakesAreOneClearLine) {
@@ -119,7 +127,8 @@ TEST_F(Render, MistakesAreOneClearLine) {
       {"render v.h5 --scene cells --size 96 -o a.png", "expected WIDTHxHEIGHT"},
       {"render none.h5 --scene cells -o a.png", "none.h5"},
       {"render z.cvr --scene cells -o a.png", "z.cvr: this codec has no decoder for the GPU"},
-      {"render z.cvr --scene cells --codec raw -o a.png", "expected --codec and -p only with a volume"},
+      {"render z.cvr --scene cells --codec raw -o a.png",
+       "expected --codec and -p only with a volume"},
       {"render v.h5 --scene cells --codec csgv-rans --cache none -o a.png", "whole bricks"}};
   for (const auto& [arguments, text] : expected) {
     const Outcome outcome = program_.run(arguments);
@@ -130,9 +139,10 @@ TEST_F(Render, MistakesAreOneClearLine) {
 }
 
 TEST_F(Render, NoUsableDeviceIsTheEnvironmentsFault) {
-  const std::string name = json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
-  for (const std::string command :
-       {"render v.h5 --scene cells -o a.png --device nonsense", "run c.yaml --out o --device nonsense"}) {
+  const std::string name =
+      json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
+  for (const std::string command : {"render v.h5 --scene cells -o a.png --device nonsense",
+                                    "run c.yaml --out o --device nonsense"}) {
     const Outcome outcome = program_.run(command);
     EXPECT_EQ(outcome.exit_code, 3) << command;
     EXPECT_THAT(outcome.err, HasSubstr("nonsense")) << command;
@@ -154,7 +164,8 @@ TEST_F(Render, WithoutADriverTheErrorSaysWhatToInstall) {
       EXPECT_EQ(outcome.exit_code, 3) << file << " " << command;
       EXPECT_THAT(outcome.err, HasSubstr("cvrbench: no Vulkan device that can draw; "))
           << file << " " << command;
-      EXPECT_THAT(outcome.err, HasSubstr("mesa-vulkan-drivers holds lavapipe")) << file << " " << command;
+      EXPECT_THAT(outcome.err, HasSubstr("mesa-vulkan-drivers holds lavapipe"))
+          << file << " " << command;
       EXPECT_EQ(program_.read("o/rows.jsonl"), "") << "a run without a device makes no rows";
     }
     EXPECT_EQ(program_.run("list devices").exit_code, 3) << file;
@@ -162,9 +173,10 @@ TEST_F(Render, WithoutADriverTheErrorSaysWhatToInstall) {
 }
 
 TEST_F(Render, EachRejectedDeviceSaysWhy) {
-  program_.write("driver.json",
-                 R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" CVRBENCH_UNUSABLE_DRIVER
-                 R"(", "api_version": "1.3.0"}})");
+  program_.write(
+      "driver.json",
+      R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" CVRBENCH_UNUSABLE_DRIVER
+      R"(", "api_version": "1.3.0"}})");
   const Variable old_name("VK_ICD_FILENAMES", program_ / "driver.json"),
       new_name("VK_DRIVER_FILES", program_ / "driver.json");
   const json list = json::parse(program_.run("list devices --json").out);
@@ -175,27 +187,31 @@ TEST_F(Render, EachRejectedDeviceSaysWhy) {
   for (const std::string command : {"render v.h5 --scene cells -o a.png", "run c.yaml --out o"}) {
     const Outcome outcome = program_.run(command);
     EXPECT_EQ(outcome.exit_code, 3) << command;
-    EXPECT_THAT(
-        outcome.err,
-        HasSubstr(
-            "no Vulkan device that can draw; device 0 (Old, discrete): Vulkan 1.1.5, expected 1.3; device 1 "
-            "(Bare, discrete): no arithmetic and ballots of subgroups in compute shaders, lacks the feature shaderBufferInt64Atomics, "))
+    EXPECT_THAT(outcome.err,
+                HasSubstr("no Vulkan device that can draw; device 0 (Old, discrete): Vulkan 1.1.5, "
+                          "expected 1.3; device 1 "
+                          "(Bare, discrete): no arithmetic and ballots of subgroups in compute "
+                          "shaders, lacks the feature shaderBufferInt64Atomics, "))
         << command;
     EXPECT_THAT(outcome.err, HasSubstr(", no compute queue with timestamps\n")) << command;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << command << ": " << outcome.err;
   }
   const Outcome chosen = program_.run("render v.h5 --scene cells -o a.png --device bare");
   EXPECT_EQ(chosen.exit_code, 3);
-  EXPECT_THAT(chosen.err, HasSubstr("(Old, discrete): Vulkan 1.1.5, expected 1.3, is not 'bare'; "));
+  EXPECT_THAT(chosen.err,
+              HasSubstr("(Old, discrete): Vulkan 1.1.5, expected 1.3, is not 'bare'; "));
 }
 
 TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
-  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: device-lost, codec: csgvr-sb}\n");
+  program_.write("f.yaml",
+                 std::string(kConfig) + "test_fault: {fault: device-lost, codec: csgvr-sb}\n");
   const Outcome outcome = program_.run(
-      "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only cache=none "
+      "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only "
+      "cache=none "
       "--only shading=local --set timeout_s=60");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
-  const std::string name = json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
+  const std::string name =
+      json::parse(program_.run("list devices --json").out)[0]["name"].get<std::string>();
   const auto all = rows();
   ASSERT_EQ(all.size(), 4u);
   for (const json& row : all) {
@@ -212,13 +228,17 @@ TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
                 testing::AllOf(HasSubstr(name), HasSubstr("running the passes " + passes +
                                                           ": vkWaitForFences: device lost (-4)")))
         << key;
-    EXPECT_FALSE(row.contains("frames") || row.contains("held")) << key << ": a cell that failed has no time";
+    EXPECT_FALSE(row.contains("frames") || row.contains("held"))
+        << key << ": a cell that failed has no time";
   }
   // A wrong picture is a finding about the codec, whatever the device does beside it.
-  program_.write("g.yaml", std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
-  EXPECT_EQ(program_.run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
-                .exit_code,
-            1);
+  program_.write("g.yaml",
+                 std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
+  EXPECT_EQ(
+      program_
+          .run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
+          .exit_code,
+      1);
 }
 
 TEST_F(Render, ListsAccessModesAndDevices) {
@@ -228,7 +248,8 @@ TEST_F(Render, ListsAccessModesAndDevices) {
   EXPECT_EQ(caches[0]["sized"], false);
   EXPECT_THAT(program_.run("list caches").out, HasSubstr("brick-coop-shared"));
   const Outcome devices = program_.run("list devices --json");
-  ASSERT_EQ(devices.exit_code, 0) << "these tests need a Vulkan device: " << devices.out << devices.err;
+  ASSERT_EQ(devices.exit_code, 0) << "these tests need a Vulkan device: " << devices.out
+                                  << devices.err;
   const json list = json::parse(devices.out);
   EXPECT_TRUE(std::ranges::any_of(list, [](const json& d) { return d["usable"].get<bool>(); }));
   EXPECT_THAT(program_.run("list devices").out, HasSubstr(list[0]["name"].get<std::string>()));
@@ -239,7 +260,8 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto all = rows();
   ASSERT_EQ(all.size(), 3u * 3 * 2);
-  EXPECT_FALSE(std::filesystem::exists(program_ / "o/scratch")) << "reference pictures are scratch too";
+  EXPECT_FALSE(std::filesystem::exists(program_ / "o/scratch"))
+      << "reference pictures are scratch too";
   for (const json& row : all) {
     const std::string key = row["key"];
     if (row["codec"]["id"] == "zstd") {
@@ -262,8 +284,11 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
     EXPECT_GE(row["counters"]["rays"].get<double>(), 3.0 * 96 * 54) << key;
     EXPECT_GT(row["needed"]["distinct_cells"].get<double>(), 100) << key;
     EXPECT_GE(row["needed"]["decoded_over_needed"].get<double>(), 1) << key;
-    EXPECT_GE(row["exact_after_frames"].get<int>(), row["render"]["cache"] == "brick" ? 2 : 1) << key;
-    EXPECT_EQ(row["frames"]["incomplete"]["first"].get<int>() > 0, row["render"]["cache"] == "brick") << key;
+    EXPECT_GE(row["exact_after_frames"].get<int>(), row["render"]["cache"] == "brick" ? 2 : 1)
+        << key;
+    EXPECT_EQ(row["frames"]["incomplete"]["first"].get<int>() > 0,
+              row["render"]["cache"] == "brick")
+        << key;
     const json& held = row["held"];
     EXPECT_EQ(held["count"], 3) << key << ": frames of the held view, whatever the samples";
     EXPECT_EQ(held["ms"].size(), 2u) << key;
@@ -282,10 +307,12 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
     }
     ASSERT_EQ(row["jump"]["frames"].size(), 2u);
     if (row["render"]["cache"] != "brick" && row["render"]["shading"] == "local") {
-      EXPECT_EQ(row["jump"]["frames"][0]["label_mismatches"], 0) << key << ": random access has no latency";
+      EXPECT_EQ(row["jump"]["frames"][0]["label_mismatches"], 0)
+          << key << ": random access has no latency";
     }
     EXPECT_EQ(row["picture_error"]["label_mismatches"], 0) << key;
-    EXPECT_EQ(row["picture_error"]["psnr_db"].is_null() || row["picture_error"]["psnr_db"].get<double>() > 60,
+    EXPECT_EQ(row["picture_error"]["psnr_db"].is_null() ||
+                  row["picture_error"]["psnr_db"].get<double>() > 60,
               row["render"]["shading"] == "local")
         << key << ": two random rays are not 256";
     EXPECT_FALSE(row["render"].contains("scene_path"));
@@ -324,9 +351,12 @@ matrix:
   for (std::string line; std::getline(in, line); ++count) {
     const json row = json::parse(line), kept = row["pictures"];
     const std::string id = row["codec"]["id"], name = row["dataset"]["name"];
-    EXPECT_EQ(kept["picture"], (name == "walls" ? "walls-" + id + "-ct-" : "my_blob-raw-cells-") + row["cell"].get<std::string>() + ".png");
+    EXPECT_EQ(kept["picture"], (name == "walls" ? "walls-" + id + "-ct-" : "my_blob-raw-cells-") +
+                                   row["cell"].get<std::string>() + ".png");
     for (const char* key : {"picture", "difference"})
-      EXPECT_THAT(program_.read("o/pictures/" + kept[key].get<std::string>()), testing::StartsWith("\x89PNG")) << key;
+      EXPECT_THAT(program_.read("o/pictures/" + kept[key].get<std::string>()),
+                  testing::StartsWith("\x89PNG"))
+          << key;
     EXPECT_NE(program_.read("o/pictures/" + kept["picture"].get<std::string>()),
               program_.read("o/pictures/" + kept["difference"].get<std::string>()));
     if (id == "vq") {
@@ -371,15 +401,17 @@ tables:
     }
     EXPECT_EQ(row["verification"]["pixels_compared"], (small ? 3 : 4) * 64 * 40) << row["key"];
   }
-  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::ContainsRegex("brick,1,[0-9.e+]+; [0-9.e+]+,part,"));
+  EXPECT_THAT(program_.read("o/tables/t.csv"),
+              testing::ContainsRegex("brick,1,[0-9.e+]+; [0-9.e+]+,part,"));
   EXPECT_THAT(program_.read("o/tables/t.csv"),
               testing::ContainsRegex("brick,16,[0-9.e+]+; [0-9.e+]+,all,0,0,ok"));
 }
 
 TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {
-  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
-  const Outcome outcome =
-      program_.run("run f.yaml --out o --only codec=csgvr-sb --only cache=none --only shading=local");
+  program_.write("f.yaml",
+                 std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
+  const Outcome outcome = program_.run(
+      "run f.yaml --out o --only codec=csgvr-sb --only cache=none --only shading=local");
   EXPECT_EQ(outcome.exit_code, 1);
   const auto all = rows();
   ASSERT_EQ(all.size(), 1u);

@@ -27,7 +27,9 @@ claims:
 
 class Report : public testing::Test {
  protected:
-  Outcome report(const std::string& arguments) const { return program_.run("report " + arguments + " --store none"); }
+  Outcome report(const std::string& arguments) const {
+    return program_.run("report " + arguments + " --store none");
+  }
   Program program_;
 };
 
@@ -66,7 +68,8 @@ TEST_F(Report, NamesWhatIsWrong) {
   EXPECT_EQ(report("-o page.html").exit_code, 2);
   const Outcome missing = report("--results nowhere -o page.html");
   EXPECT_EQ(missing.exit_code, 2);
-  EXPECT_THAT(missing.err, HasSubstr("--results nowhere: expected a folder with rows.jsonl, found none"));
+  EXPECT_THAT(missing.err,
+              HasSubstr("--results nowhere: expected a folder with rows.jsonl, found none"));
   const Outcome input = report("--results o -o o");
   EXPECT_EQ(input.exit_code, 2);
   EXPECT_THAT(input.err, HasSubstr("o: expected a folder without the input"));
@@ -90,7 +93,8 @@ TEST_F(Report, NamesThePackagesThatAreMissing) {
   const Outcome outcome = report("--results o -o page.html");
   unsetenv("PYTHONPATH");
   EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("install the Debian packages python3-matplotlib and python3-jinja2"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("install the Debian packages python3-matplotlib and python3-jinja2"));
   EXPECT_FALSE(std::filesystem::exists(program_ / "page.html"));
 }
 

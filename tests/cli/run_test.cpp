@@ -1,4 +1,5 @@
-// run, plan and table: rows, tables, resuming, and workers that crash, hang, run out of memory or decode wrongly.
+// run, plan and table: rows, tables, resuming, and workers that crash, hang, run out of memory or
+// decode wrongly.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -67,7 +68,8 @@ TEST_F(Run, MeasuresChecksAndPrintsTables) {
   EXPECT_EQ(encode["dataset"]["label"], "generated");
   EXPECT_EQ(encode["provenance"]["compiler"].get<std::string>().empty(), false);
   std::uint64_t sum = 0;
-  for (const auto& [name, bytes] : encode["size"]["breakdown"].items()) sum += bytes.get<std::uint64_t>();
+  for (const auto& [name, bytes] : encode["size"]["breakdown"].items())
+    sum += bytes.get<std::uint64_t>();
   EXPECT_EQ(encode["size"]["bytes"], sum);
   const json& access = found.at("csgvr-sb random-access");
   EXPECT_EQ(access["status"], "ok") << access["reason"];
@@ -78,9 +80,11 @@ TEST_F(Run, MeasuresChecksAndPrintsTables) {
   EXPECT_THAT(outcome.out, HasSubstr("| blob    | memcpy "));
   EXPECT_THAT(outcome.out, HasSubstr("0 of 31680 differ"));
   EXPECT_THAT(program_.read("o/tables/t.md"), HasSubstr("### Sizes"));
-  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::StartsWith("dataset,codec,brick,file rate %"));
+  EXPECT_THAT(program_.read("o/tables/t.csv"),
+              testing::StartsWith("dataset,codec,brick,file rate %"));
   EXPECT_THAT(program_.read("o/tables/t.tex"), HasSubstr("\\begin{tabular}"));
-  EXPECT_EQ(program_.run("table c.yaml --results o --format csv").out, program_.read("o/tables/t.csv"));
+  EXPECT_EQ(program_.run("table c.yaml --results o --format csv").out,
+            program_.read("o/tables/t.csv"));
 }
 
 constexpr const char* kClaims = R"(claims:
@@ -101,24 +105,33 @@ TEST_F(Run, ClaimsAreJudgedUnderTheTablesAndFromStoredRows) {
   const Outcome outcome = program_.run("run p.yaml --out o --only stage=encode");
   EXPECT_EQ(outcome.exit_code, 0) << "a claim that does not hold is no failure: " << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("### Claims: T"));
-  EXPECT_THAT(outcome.out, testing::ContainsRegex("\\| smaller +\\| holds +\\| [0-9.]+ / 100[.0-9]* = 0[.0-9]+ "));
+  EXPECT_THAT(outcome.out, testing::ContainsRegex(
+                               "\\| smaller +\\| holds +\\| [0-9.]+ / 100[.0-9]* = 0[.0-9]+ "));
   EXPECT_THAT(outcome.out, testing::ContainsRegex("\\| large-bricks +\\| does not hold +\\| "));
-  EXPECT_THAT(outcome.out, testing::ContainsRegex("\\| fast +\\| cannot be checked here \\| zstd .*has no decode_seconds"));
-  EXPECT_THAT(outcome.out, HasSubstr("- **smaller**: \"zstd is smaller than the voxels\" (Paper, section 1)."));
+  EXPECT_THAT(outcome.out,
+              testing::ContainsRegex(
+                  "\\| fast +\\| cannot be checked here \\| zstd .*has no decode_seconds"));
+  EXPECT_THAT(outcome.out,
+              HasSubstr("- **smaller**: \"zstd is smaller than the voxels\" (Paper, section 1)."));
   std::istringstream lines(program_.read("o/claims/p.jsonl"));
   std::vector<std::string> verdicts;
-  for (std::string line; std::getline(lines, line);) verdicts.push_back(json::parse(line)["verdict"]);
+  for (std::string line; std::getline(lines, line);)
+    verdicts.push_back(json::parse(line)["verdict"]);
   EXPECT_THAT(verdicts, testing::ElementsAre("holds", "does not hold", "cannot be checked here"));
   EXPECT_EQ(program_.run("claims p.yaml --results o").out, program_.read("o/claims/p.md"));
-  EXPECT_EQ(program_.run("claims p.yaml --results o --format jsonl").out, program_.read("o/claims/p.jsonl"));
+  EXPECT_EQ(program_.run("claims p.yaml --results o --format jsonl").out,
+            program_.read("o/claims/p.jsonl"));
   ASSERT_EQ(program_.run("run p.yaml --out o --resume").exit_code, 0);
   EXPECT_THAT(program_.read("o/claims/p.md"), testing::ContainsRegex("\\| fast +\\| holds "));
   EXPECT_EQ(program_.run("claims c.yaml --results o").exit_code, 2) << "without claims";
   EXPECT_EQ(program_.run("claims p.yaml --results none").exit_code, 2) << "without rows";
-  program_.write("bad.yaml", std::string(kConfig) + "claims:\n  - {name: a, says: b, source: c, metric: rate, left: {codec: lzma}, at_most: 1}\n");
+  program_.write("bad.yaml", std::string(kConfig) +
+                                 "claims:\n  - {name: a, says: b, source: c, metric: rate, left: "
+                                 "{codec: lzma}, at_most: 1}\n");
   const Outcome bad = program_.run("plan bad.yaml");
   EXPECT_EQ(bad.exit_code, 2);
-  EXPECT_THAT(bad.err, HasSubstr("bad.yaml:15:55: expected cells of the stages encode, decode or random-access that match, found none"));
+  EXPECT_THAT(bad.err, HasSubstr("bad.yaml:15:55: expected cells of the stages encode, decode or "
+                                 "random-access that match, found none"));
 }
 
 TEST_F(Run, ExistingRowsAreKeptResumedOrMeasuredAgainAsAsked) {
@@ -132,7 +145,8 @@ TEST_F(Run, ExistingRowsAreKeptResumedOrMeasuredAgainAsAsked) {
   EXPECT_THAT(plan.out, HasSubstr("0 to run, 3 done"));
   ASSERT_EQ(program_.run("run c.yaml --out o --resume --only codec=raw").exit_code, 0);
   EXPECT_EQ(program_.read("o/rows.jsonl"), before);
-  ASSERT_EQ(program_.run("run c.yaml --out o --force --only codec=raw --only stage=encode").exit_code, 0);
+  ASSERT_EQ(
+      program_.run("run c.yaml --out o --force --only codec=raw --only stage=encode").exit_code, 0);
   EXPECT_EQ(rows().size(), 4u);
 }
 
@@ -148,8 +162,9 @@ TEST_F(Run, CrashHangMemoryAndWrongVoxelsBecomeRows) {
     const std::string settings = fault == "hang"  ? " --set timeout_s=0.5"
                                  : fault == "oom" ? " --set memory_limit_gib=0.3"
                                                   : "";
-    const Outcome outcome = program_.run("run f.yaml --out " + fault +
-                                         " --only stage=decode --only brick=16 --only codec=*sb" + settings);
+    const Outcome outcome =
+        program_.run("run f.yaml --out " + fault +
+                     " --only stage=decode --only brick=16 --only codec=*sb" + settings);
     EXPECT_EQ(outcome.exit_code, 1) << fault << outcome.err;  // the only cell there is
     const auto found = by_key(fault);
     ASSERT_EQ(found.size(), 1u);
@@ -196,18 +211,23 @@ TEST_F(Run, LossyCellsCarryTheirErrorsAndAreOkWhileTheyKeepThem) {
     if (!lossy) continue;
     EXPECT_GT(row["error"]["psnr_db"].get<double>(), 20);
     EXPECT_GT(row["error"]["edge_voxels"].get<int>(), 0);
-    EXPECT_NEAR(row["error"]["recorded"]["mean_squared_error"].get<double>(), row["error"]["mean_squared_error"].get<double>(), 1e-9);
+    EXPECT_NEAR(row["error"]["recorded"]["mean_squared_error"].get<double>(),
+                row["error"]["mean_squared_error"].get<double>(), 1e-9);
   }
   EXPECT_THAT(outcome.out, HasSubstr("     8.0485 |   exact |        exact |"));
   EXPECT_THAT(outcome.out, HasSubstr("| walls   | zfp   | rate     |      4 |"));
 }
 
 TEST_F(Run, ALossyCellWhoseErrorIsAnotherThanItRecordsHasFailed) {
-  program_.write("l.yaml", std::string(kLossyConfig) + "test_fault: {fault: mismatch, codec: zfp}\n");
-  program_.run("run l.yaml --out o --only codec=zfp --only mode=accuracy --only tolerance_log2=2 --only stage=decode");
+  program_.write("l.yaml",
+                 std::string(kLossyConfig) + "test_fault: {fault: mismatch, codec: zfp}\n");
+  program_.run(
+      "run l.yaml --out o --only codec=zfp --only mode=accuracy --only tolerance_log2=2 --only "
+      "stage=decode");
   const auto found = by_key();
   EXPECT_EQ(found.at("zfp decode")["status"], "failed");
-  EXPECT_THAT(found.at("zfp decode")["reason"].get<std::string>(), HasSubstr("mean squared error: the file records"));
+  EXPECT_THAT(found.at("zfp decode")["reason"].get<std::string>(),
+              HasSubstr("mean squared error: the file records"));
   EXPECT_FALSE(found.at("zfp decode").contains("time"));
 }
 
@@ -223,19 +243,22 @@ TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
 
 TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
   // The group of the encoding cells ends; the decoding of zstd then hangs until the kill.
-  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: hang, codec: zstd, stage: decode}\n");
+  program_.write("f.yaml",
+                 std::string(kConfig) + "test_fault: {fault: hang, codec: zstd, stage: decode}\n");
   const pid_t child = fork();
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
     setenv("XDG_CACHE_HOME", (program_ / "cache").c_str(), 1);
-    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
+    if (freopen("/dev/null", "w", stdout) == nullptr ||
+        freopen("/dev/null", "w", stderr) == nullptr)
       _exit(126);
     execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
     _exit(127);
   }
   const auto count = [&] { return std::ranges::count(program_.read("o/rows.jsonl"), '\n'); };
   // memcpy and four codecs encode; zstd's random access is unsupported and so has its row at once.
-  for (int i = 0; i < 600 && count() < 6; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  for (int i = 0; i < 600 && count() < 6; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
   ASSERT_GE(count(), 6);
   kill(child, SIGKILL);
   int status = 0;
@@ -261,7 +284,8 @@ TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
     setenv("XDG_CACHE_HOME", (program_ / "cache").c_str(), 1);
-    if (freopen("/dev/null", "w", stdout) == nullptr || freopen("/dev/null", "w", stderr) == nullptr)
+    if (freopen("/dev/null", "w", stdout) == nullptr ||
+        freopen("/dev/null", "w", stderr) == nullptr)
       _exit(126);
     execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
     _exit(127);
@@ -278,7 +302,8 @@ TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
 }
 
 TEST_F(Run, MissingDataIsARow) {
-  program_.write("c.yaml", "rounds: 1\nmatrix:\n  - {datasets: [bonsai], codecs: [raw], stages: [encode]}\n");
+  program_.write("c.yaml",
+                 "rounds: 1\nmatrix:\n  - {datasets: [bonsai], codecs: [raw], stages: [encode]}\n");
   const Outcome outcome = program_.run("run c.yaml --out o");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
   EXPECT_EQ(by_key().at("raw encode")["status"], "data-missing");

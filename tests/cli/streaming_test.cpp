@@ -1,7 +1,7 @@
 // Volumes that do not fit into memory: commands draw them slab by slab.
-#include <gmock/gmock.h>
-
 #include "streaming.hpp"
+
+#include <gmock/gmock.h>
 
 namespace cvr::cli_tests {
 namespace {
@@ -23,14 +23,16 @@ TEST(Streaming, AVolumeLargerThanTheAddressSpaceIsEncodedVerifiedAndDecoded) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer's shadow memory exceeds the limit";
   const Program program;
   // Raw: 768 MiB are not mapped into 576 MiB but read in pieces.
-  expect_streams(program, {"512,512,768", 768 * kMiB, 256 * kMiB + kProgram, "csgv-nibble -p brick=32", "v.raw", "d.raw"});
+  expect_streams(program, {"512,512,768", 768 * kMiB, 256 * kMiB + kProgram,
+                           "csgv-nibble -p brick=32", "v.raw", "d.raw"});
 }
 
 TEST(Streaming, EveryFormatIsWrittenFromADecoder) {
   const Program program;
   ASSERT_EQ(program.run("generate cells --size 70,80,150 --seed 2 -o v.raw").exit_code, 0);
   ASSERT_EQ(program.run("encode v.raw -o v.cvr --codec csgvr-sb -p brick=32").exit_code, 0);
-  for (const std::string name : {"d.raw", "d.nrrd", "d.nhdr", "d.nii", "d.nii.gz", "d.h5", "d.precomputed/"}) {
+  for (const std::string name :
+       {"d.raw", "d.nrrd", "d.nhdr", "d.nii", "d.nii.gz", "d.h5", "d.precomputed/"}) {
     const Outcome decoded = program.run("decode v.cvr --threads 2 -o " + name);
     ASSERT_EQ(decoded.exit_code, 0) << name << ": " << decoded.err;
     EXPECT_EQ(program.run("error v.raw " + name).exit_code, 0) << name;
@@ -47,7 +49,8 @@ TEST(Streaming, ASmallVolumeIsReadBeforeItIsTimed) {
   }
 }
 
-/// A file whose last bytes are wrong, its checksum right: the decoder finds out at the end, and no volume must be left.
+/// A file whose last bytes are wrong, its checksum right: the decoder finds out at the end, and no
+/// volume must be left.
 TEST(Streaming, AnErrorOfTheDecoderLeavesNoVolume) {
   const Program program;
   ASSERT_EQ(program.run("generate cells --size 40,24,133 --seed 7 -o v.raw").exit_code, 0);
@@ -66,7 +69,11 @@ TEST(Streaming, AnErrorOfTheDecoderLeavesNoVolume) {
 /// The writer fails while the decoder has more to say: neither waits for the other.
 TEST(Streaming, AWriterThatFailsEndsTheCommand) {
   const Program program;
-  ASSERT_EQ(program.run("generate worst-case -p pattern=2 -p thickness=9 --size 256,256,256 --seed 7 -o v.raw").exit_code, 0);
+  ASSERT_EQ(program
+                .run("generate worst-case -p pattern=2 -p thickness=9 --size 256,256,256 --seed 7 "
+                     "-o v.raw")
+                .exit_code,
+            0);
   ASSERT_EQ(program.run("encode v.raw -o v.cvr --codec csgvr-sb -p brick=32").exit_code, 0);
   // 4 MiB a file: the volume has 64.
   const Outcome decoded = program.run("decode v.cvr -o d.raw", "ulimit -f 4096; trap '' XFSZ; ");

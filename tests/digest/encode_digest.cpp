@@ -1,11 +1,12 @@
-// The bytes that every codec makes of the sample volumes, as checksums: whatever compiler, build type, instruction set and number of threads
-// made them, they are the same.
+// The bytes that every codec makes of the sample volumes, as checksums: whatever compiler, build
+// type, instruction set and number of threads made them, they are the same.
 //
 //   encode_digest                 prints them
 //   encode_digest --check FILE    compares them with a file (tests/golden/digests.txt); exit code 1 where one differs
 //
-// A line: codec, parameters that differ from the defaults, volume, XXH3-64 of the encoded file and of the decoded voxels (of lossless
-// codecs "exact", and they are). Each is encoded by one thread and again by 2 to 16, a number that goes round from line to line.
+// A line: codec, parameters that differ from the defaults, volume, XXH3-64 of the encoded file and
+// of the decoded voxels (of lossless codecs "exact", and they are). Each is encoded by one thread
+// and again by 2 to 16, a number that goes round from line to line.
 #include <fmt/format.h>
 #include <xxhash.h>
 
@@ -23,14 +24,19 @@
 namespace cvr::digest {
 namespace {
 
-/// Volumes that every corner of the parameters is tried on; all others are encoded with the defaults.
-const std::set<std::string> kForCorners{"blobs_u16", "noise_of_700_labels_u16", "labels_above_2pow32_u64", "ramp_of_scalars_u8",
-                                        "series_of_4_u8", "one_outlier_f32"};
+/// Volumes that every corner of the parameters is tried on; all others are encoded with the
+/// defaults.
+const std::set<std::string> kForCorners{
+    "blobs_u16",          "noise_of_700_labels_u16", "labels_above_2pow32_u64",
+    "ramp_of_scalars_u8", "series_of_4_u8",          "one_outlier_f32"};
 
-std::string hash_of(const std::byte* bytes, std::size_t size) { return fmt::format("{:016x}", XXH3_64bits(bytes, size)); }
+std::string hash_of(const std::byte* bytes, std::size_t size) {
+  return fmt::format("{:016x}", XXH3_64bits(bytes, size));
+}
 
 /// The two checksums, or what is wrong.
-std::string digest_of(const codecs::Codec& codec, const codecs::Parameters& parameters, const volumes::Volume& volume, unsigned threads) {
+std::string digest_of(const codecs::Codec& codec, const codecs::Parameters& parameters,
+                      const volumes::Volume& volume, unsigned threads) {
   const volumes::MemorySource source(volume);
   const auto encoded = codecs::encode(codec, source, parameters, 1);
   if (!encoded) return "refused";
@@ -44,7 +50,8 @@ std::string digest_of(const codecs::Codec& codec, const codecs::Parameters& para
   const bool exact = std::memcmp(decoded->data(), volume.data(), volume.info().bytes()) == 0;
   if (codec.traits().lossless && !exact) return "other voxels";
   return hash_of(encoded->bytes.data(), encoded->bytes.size()) + ' ' +
-         (codec.traits().lossless ? std::string("exact") : hash_of(decoded->data(), decoded->info().bytes()));
+         (codec.traits().lossless ? std::string("exact")
+                                  : hash_of(decoded->data(), decoded->info().bytes()));
 }
 
 std::vector<std::string> lines() {
@@ -57,7 +64,8 @@ std::vector<std::string> lines() {
       for (const codecs::Parameters& parameters : corners) {
         const unsigned threads = 2 + static_cast<unsigned>(all.size() % 15);
         const std::string changes = parameters.changes(codec->parameters());
-        all.push_back(fmt::format("{} {} {} {}", codec->traits().id, changes.empty() ? "defaults" : changes, specimen.name,
+        all.push_back(fmt::format("{} {} {} {}", codec->traits().id,
+                                  changes.empty() ? "defaults" : changes, specimen.name,
                                   digest_of(*codec, parameters, volume, threads)));
         if (!kForCorners.contains(specimen.name)) break;  // the first corner is the defaults
       }
@@ -72,7 +80,8 @@ int check(const std::vector<std::string>& found, const std::string& path) {
   for (std::string line; std::getline(in, line);) expected.push_back(line);
   int differences = 0;
   for (std::size_t i = 0; i < std::max(found.size(), expected.size()); ++i) {
-    const std::string was = i < expected.size() ? expected[i] : "nothing", is = i < found.size() ? found[i] : "nothing";
+    const std::string was = i < expected.size() ? expected[i] : "nothing",
+                      is = i < found.size() ? found[i] : "nothing";
     if (was == is) continue;
     if (++differences <= 20) fmt::print("{}:{}: expected {}\n  found {}\n", path, i + 1, was, is);
   }

@@ -13,8 +13,8 @@ namespace cvr::fuzz {
 
 namespace {
 
-// Per thread: the code under test runs on the watching thread. Frees of other threads' blocks may turn it
-// negative.
+// Per thread: the code under test runs on the watching thread. Frees of other threads' blocks may
+// turn it negative.
 thread_local std::int64_t held = 0;
 thread_local std::int64_t most = 0;
 
@@ -40,7 +40,8 @@ std::size_t most_bytes_held() { return static_cast<std::size_t>(most); }
 
 #ifdef CVR_COUNT_ALLOCATIONS
 
-// glibc's documented way of replacing malloc: define the public names; the __libc_ ones stay reachable.
+// glibc's documented way of replacing malloc: define the public names; the __libc_ ones stay
+// reachable.
 extern "C" {
 
 void* __libc_malloc(std::size_t);
@@ -48,7 +49,8 @@ void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 void __libc_free(void*);
 
-// Requests are counted, not pages: a block that is too large is a mistake whether or not it is touched.
+// Requests are counted, not pages: a block that is too large is a mistake whether or not it is
+// touched.
 void* malloc(std::size_t size) {
   void* block = __libc_malloc(size);
   if (block != nullptr) cvr::fuzz::count(static_cast<std::int64_t>(malloc_usable_size(block)));

@@ -1,5 +1,5 @@
-// Makes sizes and checksums of a damaged envelope right (offsets: codecs/container.hpp), so that the damage reaches the codec. Damage to
-// the header's own fields remains.
+// Makes sizes and checksums of a damaged envelope right (offsets: codecs/container.hpp), so that
+// the damage reaches the codec. Damage to the header's own fields remains.
 #pragma once
 
 #include <xxhash.h>

@@ -1,5 +1,5 @@
-// Targets whose subject reads files by name: a folder of this process, on memory-backed storage where TMPDIR says so, and what a
-// volume that opens is asked.
+// Targets whose subject reads files by name: a folder of this process, on memory-backed storage
+// where TMPDIR says so, and what a volume that opens is asked.
 #pragma once
 
 #include <stdlib.h>
@@ -42,13 +42,16 @@ class InputFolder {
     if (!out.flush()) std::abort();
     return file.string();
   }
-  std::string write(const std::string& name, Input bytes) const { return write(name, text_of(bytes)); }
+  std::string write(const std::string& name, Input bytes) const {
+    return write(name, text_of(bytes));
+  }
 
  private:
   std::filesystem::path path_;
 };
 
-/// Opens a volume, asks what it is, and reads it and its last voxel. InputError is an answer; anything else that is thrown is not.
+/// Opens a volume, asks what it is, and reads it and its last voxel. InputError is an answer;
+/// anything else that is thrown is not.
 inline void exercise_volume(const std::string& path, const volumes::OpenOptions& options = {}) {
   constexpr std::uint64_t kLargest = std::uint64_t{1} << 22;
   try {

@@ -1,6 +1,7 @@
-// Writes the seeds that fuzzing starts from: fuzz_seeds OUT makes OUT/TARGET/NAME, the same files in every run. Small encodings of the
-// sample volumes by every codec and corner of its parameters, volume files as the writers of this project make them, and the
-// configurations, scenes and descriptions that it comes with.
+// Writes the seeds that fuzzing starts from: fuzz_seeds OUT makes OUT/TARGET/NAME, the same files
+// in every run. Small encodings of the sample volumes by every codec and corner of its parameters,
+// volume files as the writers of this project make them, and the configurations, scenes and
+// descriptions that it comes with.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -28,7 +29,8 @@ class Seeds {
   void add(const std::string& target, const std::string& name, std::string_view bytes) {
     if (bytes.size() > kLargestSeed) return;
     fs::create_directories(out_ / target);
-    std::ofstream(out_ / target / name, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    std::ofstream(out_ / target / name, std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     ++count_;
   }
   std::size_t count() const { return count_; }
@@ -49,21 +51,28 @@ void add_encodings(Seeds& seeds) {
     const auto corners = zoo::parameter_corners(*codec);
     for (const zoo::Specimen& specimen : zoo::specimens()) {
       const volumes::Extent& e = specimen.info.extent;
-      if (!zoo::accepts(*codec, specimen) || std::max({e.x, e.y, e.z}) > kLargestSide || e.voxels() > 6000) continue;
+      if (!zoo::accepts(*codec, specimen) || std::max({e.x, e.y, e.z}) > kLargestSide ||
+          e.voxels() > 6000)
+        continue;
       const volumes::Volume volume = specimen.volume();
-      // All corners of the small volumes that have room for several blocks; of the others the defaults.
+      // All corners of the small volumes that have room for several blocks; of the others the
+      // defaults.
       const bool all_corners = e.voxels() >= 200 && e.voxels() <= 1000;
       for (std::size_t corner = 0; corner < (all_corners ? corners.size() : 1); ++corner) {
-        const auto encoded = codecs::encode(*codec, volumes::MemorySource(volume), corners[corner], 1);
-        if (!encoded || encoded->bytes.size() > kLargestSeed) continue;  // a corner that does not suit the volume
+        const auto encoded =
+            codecs::encode(*codec, volumes::MemorySource(volume), corners[corner], 1);
+        if (!encoded || encoded->bytes.size() > kLargestSeed)
+          continue;  // a corner that does not suit the volume
         const std::string name = fmt::format("{}.{}.{}", id, corner, specimen.name);
         const auto file = codecs::open_file(encoded->bytes.bytes()).value();
         const auto choices = choices_of(*codec, corner, specimen.info);
         std::string payload(reinterpret_cast<const char*>(choices.data()), choices.size());
-        payload += std::string_view(reinterpret_cast<const char*>(file.stream.payload.data()), file.stream.payload.size());
+        payload += std::string_view(reinterpret_cast<const char*>(file.stream.payload.data()),
+                                    file.stream.payload.size());
         seeds.add("payload-" + id, name, payload);
         if (corner > 0) continue;
-        const std::string_view whole(reinterpret_cast<const char*>(encoded->bytes.data()), encoded->bytes.size());
+        const std::string_view whole(reinterpret_cast<const char*>(encoded->bytes.data()),
+                                     encoded->bytes.size());
         seeds.add("decode", name, whole);
         if (e.voxels() <= 1000) seeds.add("envelope", name, whole);
       }
@@ -75,7 +84,8 @@ void add_volume_files(Seeds& seeds, const fs::path& scratch) {
   for (const zoo::Specimen& specimen : zoo::specimens()) {
     if (specimen.info.bytes() > 3000) continue;
     const volumes::Volume volume = specimen.volume();
-    for (const auto& [target, ending] : {std::pair{"hdf5", ".h5"}, {"nrrd", ".nrrd"}, {"nifti", ".nii"}, {"nifti", ".nii.gz"}}) {
+    for (const auto& [target, ending] :
+         {std::pair{"hdf5", ".h5"}, {"nrrd", ".nrrd"}, {"nifti", ".nii"}, {"nifti", ".nii.gz"}}) {
       const fs::path path = scratch / (specimen.name + ending);
       try {
         volumes::write_volume(path.string(), volumes::MemorySource(volume));
@@ -105,15 +115,20 @@ void add_hdf5_files(Seeds& seeds, const fs::path& scratch) {
   for (const auto layout : {Hdf5Seed::kCompact, Hdf5Seed::kContiguous, Hdf5Seed::kChunked}) {
     for (unsigned type = 0; type < 6; ++type) {
       for (const bool latest : {false, true}) {
-        add(fmt::format("layout{}_type{}{}", static_cast<int>(layout), type, latest ? "_latest" : ""), {.latest = latest, .layout = layout, .type = type});
+        add(fmt::format("layout{}_type{}{}", static_cast<int>(layout), type,
+                        latest ? "_latest" : ""),
+            {.latest = latest, .layout = layout, .type = type});
       }
     }
-    add(fmt::format("layout{}_attributes", static_cast<int>(layout)), {.latest = true, .layout = layout, .attributes = true});
-    add(fmt::format("layout{}_old_attributes", static_cast<int>(layout)), {.layout = layout, .attributes = true});
+    add(fmt::format("layout{}_attributes", static_cast<int>(layout)),
+        {.latest = true, .layout = layout, .attributes = true});
+    add(fmt::format("layout{}_old_attributes", static_cast<int>(layout)),
+        {.layout = layout, .attributes = true});
     add(fmt::format("layout{}_variable_text", static_cast<int>(layout)),
         {.latest = true, .layout = layout, .type = 1, .attributes = true, .variable_length = true});
   }
-  for (const int rank : {1, 2, 4, 5}) add(fmt::format("rank{}", rank), {.latest = true, .layout = Hdf5Seed::kCompact, .rank = rank});
+  for (const int rank : {1, 2, 4, 5})
+    add(fmt::format("rank{}", rank), {.latest = true, .layout = Hdf5Seed::kCompact, .rank = rank});
 }
 
 /// Headers that the files beside them fit.
@@ -121,18 +136,31 @@ void add_detached_headers(Seeds& seeds) {
   const std::string sizes = "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 4 4 4\n";
   seeds.add("nhdr", "raw", sizes + "encoding: raw\ndata file: v.raw\n");
   seeds.add("nhdr", "gzip", sizes + "encoding: gzip\ndatafile: v.raw.gz\n");
-  seeds.add("nhdr", "skip", "NRRD0005\ntype: short\nendian: big\ndimension: 3\nsizes: 2 4 3\nencoding: raw\nbyte skip: -1\ndata file: v.raw\n");
-  seeds.add("nhdr", "line_skip", sizes + "encoding: raw\nline skip: 0\nspacings: 1 2 3\nunits: \"mm\" \"mm\" \"mm\"\ndata file: v.raw\n");
-  seeds.add("nhdr", "list", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 3\nencoding: raw\ndata file: LIST\nv1.raw\nv2.raw\nv3.raw\n");
-  seeds.add("nhdr", "series", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 3\nencoding: raw\ndata file: v%d.raw 1 3 1\n");
-  seeds.add("nhdr", "space",
-            sizes + "space: left-posterior-superior\nspace directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (4,5,6)\nspace units: \"mm\" \"mm\" \"mm\"\n"
-                    "kinds: domain domain domain\nkey:=value\n# comment\nencoding: raw\ndata file: v.raw\n");
+  seeds.add("nhdr", "skip",
+            "NRRD0005\ntype: short\nendian: big\ndimension: 3\nsizes: 2 4 3\nencoding: raw\nbyte "
+            "skip: -1\ndata file: v.raw\n");
+  seeds.add("nhdr", "line_skip",
+            sizes +
+                "encoding: raw\nline skip: 0\nspacings: 1 2 3\nunits: \"mm\" \"mm\" \"mm\"\ndata "
+                "file: v.raw\n");
+  seeds.add("nhdr", "list",
+            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 3\nencoding: raw\ndata file: "
+            "LIST\nv1.raw\nv2.raw\nv3.raw\n");
+  seeds.add("nhdr", "series",
+            "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 8 8 3\nencoding: raw\ndata file: v%d.raw "
+            "1 3 1\n");
+  seeds.add(
+      "nhdr", "space",
+      sizes +
+          "space: left-posterior-superior\nspace directions: (1,0,0) (0,2,0) (0,0,3)\nspace "
+          "origin: (4,5,6)\nspace units: \"mm\" \"mm\" \"mm\"\n"
+          "kinds: domain domain domain\nkey:=value\n# comment\nencoding: raw\ndata file: v.raw\n");
 }
 
 void add_precomputed(Seeds& seeds) {
   const auto info = [](const std::string& type, const std::string& scale) {
-    return R"({"@type": "neuroglancer_multiscale_volume", "type": ")" + type + R"(", "num_channels": 1, "data_type": "uint8", "scales": [)" + scale + "]}";
+    return R"({"@type": "neuroglancer_multiscale_volume", "type": ")" + type +
+           R"(", "num_channels": 1, "data_type": "uint8", "scales": [)" + scale + "]}";
   };
   const std::string raw =
       R"({"key": "s", "size": [8, 4, 4], "resolution": [4, 4, 40.5], "voxel_offset": [0, 0, 0], "chunk_sizes": [[4, 4, 4]], "encoding": "raw"})";
@@ -149,13 +177,16 @@ void add_precomputed(Seeds& seeds) {
   seeds.add("precomputed_chunk", "raw_u16", '\7' + std::string(420, '\3'));
   // Eight blocks of one label each: headers of two words, no voxels, a table of one label.
   std::string one_label{'\0', '\1', '\0', '\0', '\0'};
-  for (int block = 0; block < 8; ++block) one_label += std::string{'\x10', 0, 0, 0, '\x10', 0, 0, 0};
+  for (int block = 0; block < 8; ++block)
+    one_label += std::string{'\x10', 0, 0, 0, '\x10', 0, 0, 0};
   seeds.add("precomputed_chunk", "one_label_u32", one_label + std::string{7, 0, 0, 0});
 }
 
-void add_files(Seeds& seeds, const std::string& target, const fs::path& folder, const std::string& ending) {
+void add_files(Seeds& seeds, const std::string& target, const fs::path& folder,
+               const std::string& ending) {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.path().extension() == ending) seeds.add(target, entry.path().filename().string(), read(entry.path()));
+    if (entry.path().extension() == ending)
+      seeds.add(target, entry.path().filename().string(), read(entry.path()));
   }
 }
 
@@ -167,28 +198,43 @@ void add_records(Seeds& seeds) {
   seeds.add("rows", "one", row + '\n');
   seeds.add("rows", "two", row + '\n' + row + '\n');
   seeds.add("rows", "torn", row + '\n' + row.substr(0, 100));
-  seeds.add("rows", "failed", R"({"cell":"c","key":"k","status":"failed","reason":"it did"})" "\n");
+  seeds.add("rows", "failed",
+            R"({"cell":"c","key":"k","status":"failed","reason":"it did"})"
+            "\n");
   seeds.add("journal", "rounds",
-            R"({"cell":"c","origin":"origin","samples":{"seconds":1.5}})" "\n"
-            R"({"cell":"c","origin":"other","samples":{"seconds":[1,2]}})" "\n");
-  seeds.add("baseline", "small", R"({"config": "c", "cells": {"k": {"size.bytes": 123, "size.checksums.index": "0123456789abcdef", "status": "ok"}}})");
-  seeds.add("noise", "machine",
-            R"({"m": {"cpu": "c", "time": "t", "config": "q", "apart": {"decode": {"floor": 0.08, "cells": 12, "largest": 0.08, "median": 0.01}},)"
-            R"( "interleaved": {"decode": {"floor": 0.02, "cells": 12, "largest": 0.02, "median": 0.01}}}})");
+            R"({"cell":"c","origin":"origin","samples":{"seconds":1.5}})"
+            "\n"
+            R"({"cell":"c","origin":"other","samples":{"seconds":[1,2]}})"
+            "\n");
+  seeds.add(
+      "baseline", "small",
+      R"({"config": "c", "cells": {"k": {"size.bytes": 123, "size.checksums.index": "0123456789abcdef", "status": "ok"}}})");
+  seeds.add(
+      "noise", "machine",
+      R"({"m": {"cpu": "c", "time": "t", "config": "q", "apart": {"decode": {"floor": 0.08, "cells": 12, "largest": 0.08, "median": 0.01}},)"
+      R"( "interleaved": {"decode": {"floor": 0.02, "cells": 12, "largest": 0.02, "median": 0.01}}}})");
   std::string figures;
   for (int i = 0; i < 8; ++i) {
-    figures += fmt::format(R"({{"time":"2026-01-0{}T00:00:00Z","revision":"r{}","key":"k","codec":"raw","version":1,"quantity":"seconds","kind":"time",)"
-                           R"("unit":"s","class":"decode","value":{},"interval":[0.9,1.1],"n":9}})" "\n",
-                           i + 1, i, i < 4 ? 1 : 2);
+    figures += fmt::format(
+        R"({{"time":"2026-01-0{}T00:00:00Z","revision":"r{}","key":"k","codec":"raw","version":1,"quantity":"seconds","kind":"time",)"
+        R"("unit":"s","class":"decode","value":{},"interval":[0.9,1.1],"n":9}})"
+        "\n",
+        i + 1, i, i < 4 ? 1 : 2);
   }
   seeds.add("history", "step", figures);
-  seeds.add("history", "exact",
-            R"({"time":"a","revision":"r","key":"k","codec":"raw","version":1,"quantity":"size.checksums.data","kind":"exact","unit":"","class":"","value":"00ff"})" "\n"
-            R"({"time":"b","revision":"s","key":"k","codec":"raw","version":1,"quantity":"size.checksums.data","kind":"exact","unit":"","class":"","value":"01ff"})" "\n");
+  seeds.add(
+      "history", "exact",
+      R"({"time":"a","revision":"r","key":"k","codec":"raw","version":1,"quantity":"size.checksums.data","kind":"exact","unit":"","class":"","value":"00ff"})"
+      "\n"
+      R"({"time":"b","revision":"s","key":"k","codec":"raw","version":1,"quantity":"size.checksums.data","kind":"exact","unit":"","class":"","value":"01ff"})"
+      "\n");
   seeds.add("published", "table",
-            "citation: c\nhardware: h\nnotes: n\ntables:\n  t: {title: T, figures: [{dataset: d, codec: raw, parameters: {brick: 32}, rate: 5.4, seconds: 3.2},\n"
+            "citation: c\nhardware: h\nnotes: n\ntables:\n  t: {title: T, figures: [{dataset: d, "
+            "codec: raw, parameters: {brick: 32}, rate: 5.4, seconds: 3.2},\n"
             "    {dataset: d, codec: raw, cache: none, shading: ao, frame_ms: 9.7}]}\n");
-  seeds.add("settings", "config", "rounds=3\nmax_rounds=9\ntarget_interval=0.1\ntimeout_s=5\nmemory_limit_gib=1\nseed=7\nscale=0.5\nlods=all\ntitle=x\n");
+  seeds.add("settings", "config",
+            "rounds=3\nmax_rounds=9\ntarget_interval=0.1\ntimeout_s=5\nmemory_limit_gib=1\nseed="
+            "7\nscale=0.5\nlods=all\ntitle=x\n");
   seeds.add("settings", "filter", "codec=csgv*\nstage=encode\nthreads=1\ndataset=g\nbrick=[13]?\n");
   seeds.add("settings", "parameters", "brick=32\ndelta=1\nsampling=2\n");
   seeds.add("settings", "triple", "chunk=8,8,4\nlevel=4\nshuffle=1\n");

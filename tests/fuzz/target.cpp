@@ -37,7 +37,8 @@ std::vector<Target> targets() {
       continue;
     }
     for (const std::string& variant : target.variants()) {
-      sorted.push_back({target.name + '-' + variant, [run = target.run, variant](Input input) { run(variant, input); }});
+      sorted.push_back({target.name + '-' + variant,
+                        [run = target.run, variant](Input input) { run(variant, input); }});
     }
   }
   std::ranges::sort(sorted, {}, &Target::name);

@@ -1,5 +1,6 @@
-// The promises that every piece of code under test keeps on bytes that nobody vouches for: it throws nothing, takes no more than seconds
-// of this thread's own time (not of the clock's, which stands for the machine's other work too), and little memory.
+// The promises that every piece of code under test keeps on bytes that nobody vouches for: it
+// throws nothing, takes no more than seconds of this thread's own time (not of the clock's, which
+// stands for the machine's other work too), and little memory.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +21,8 @@ inline double thread_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Fails the test (fatally, for the function alone) unless the body keeps them for a file of that size.
+/// Fails the test (fatally, for the function alone) unless the body keeps them for a file of that
+/// size.
 template <class Body>
 void watch(std::size_t file, Body&& body) {
   const double begin = thread_seconds();

@@ -1,4 +1,5 @@
-// A device that is lost: the error says which device, what ran and what happened; nothing hangs, and another device draws on.
+// A device that is lost: the error says which device, what ran and what happened; nothing hangs,
+// and another device draws on.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +13,8 @@ using testing::HasSubstr;
 TEST(LostDevice, EndsAFrameWithAClearError) {
   const volumes::Volume volume = generate("cells", {48, 48, 48});
   const auto encoded = encode_for_gpu(volume, "csgvr-sb", {}, 16);
-  const gpu::RenderOptions options{.access = "brick", .cache_bytes = gpu::kLeastCacheBytes, .width = 64, .height = 40};
+  const gpu::RenderOptions options{
+      .access = "brick", .cache_bytes = gpu::kLeastCacheBytes, .width = 64, .height = 40};
   {
     gpu::Device lost({.choice = device_choice()});
     auto renderer = gpu::Renderer::make(lost, encoded->encoding, volume.info(), options).value();
@@ -25,7 +27,8 @@ TEST(LostDevice, EndsAFrameWithAClearError) {
         ADD_FAILURE() << "a frame was drawn";
       } catch (const gpu::DeviceError& error) {
         EXPECT_THAT(error.what(), HasSubstr(lost.report().name));
-        EXPECT_THAT(error.what(), HasSubstr("running the passes provision, assign, decode, render"));
+        EXPECT_THAT(error.what(),
+                    HasSubstr("running the passes provision, assign, decode, render"));
         EXPECT_THAT(error.what(), HasSubstr("vkWaitForFences: device lost (-4)"));
       }
     }
@@ -35,7 +38,9 @@ TEST(LostDevice, EndsAFrameWithAClearError) {
     const auto other = encode_for_gpu(volume, "raw", {}, 16);
     EXPECT_THROW(
         {
-          auto second = gpu::Renderer::make(lost, other->encoding, volume.info(), {.width = 8, .height = 8}).value();
+          auto second =
+              gpu::Renderer::make(lost, other->encoding, volume.info(), {.width = 8, .height = 8})
+                  .value();
           (void)second->set_scene(test_scene(gpu::Shading::kLocal));
         },
         gpu::DeviceError);

@@ -15,12 +15,14 @@ std::string device_choice() {
 }
 
 gpu::Device& device() {
-  static gpu::Device kDevice({device_choice(), std::getenv("CVRBENCH_VALIDATION") != nullptr, std::getenv("CVRBENCH_GPU_ASSISTED") != nullptr});
+  static gpu::Device kDevice({device_choice(), std::getenv("CVRBENCH_VALIDATION") != nullptr,
+                              std::getenv("CVRBENCH_GPU_ASSISTED") != nullptr});
   return kDevice;
 }
 
 std::unique_ptr<EncodedVolume> encode_for_gpu(const volumes::Volume& volume, const std::string& id,
-                                              const std::vector<std::string>& parameters, std::uint32_t brick) {
+                                              const std::vector<std::string>& parameters,
+                                              std::uint32_t brick) {
   const codecs::Codec& codec = *codecs::find_codec(id);
   std::vector<std::string> given = parameters;
   for (const auto& spec : codec.parameters()) {
@@ -32,7 +34,8 @@ std::unique_ptr<EncodedVolume> encode_for_gpu(const volumes::Volume& volume, con
   if (!encoded) throw std::runtime_error(encoded.error().message);
   auto result = std::make_unique<EncodedVolume>();
   result->bytes = std::move(encoded->bytes);
-  result->file = std::make_unique<codecs::OpenedFile>(codecs::open_file(result->bytes.bytes()).value());
+  result->file =
+      std::make_unique<codecs::OpenedFile>(codecs::open_file(result->bytes.bytes()).value());
   result->decoder = codecs::open_decoder(*result->file).value();
   auto encoding = result->decoder->gpu_encoding(brick, 2);
   if (!encoding) throw std::runtime_error(encoding.error().message);
@@ -50,13 +53,17 @@ volumes::Volume generate(const std::string& kind, const volumes::Extent& extent)
 gpu::Scene test_scene(gpu::Shading shading) {
   gpu::Scene scene;
   scene.shading = shading;
-  scene.materials = {{.modulus = 5, .remainder = 2, .opacity = 0.4}, {.modulus = 2, .remainder = 1}};
+  scene.materials = {{.modulus = 5, .remainder = 2, .opacity = 0.4},
+                     {.modulus = 2, .remainder = 1}};
   return scene;
 }
 
-gpu::Camera corner_view(double distance) { return {{0.5 * distance, 0.45 * distance, 0.74 * distance}, {0, 0, 0}, {0, 1, 0}, 45}; }
+gpu::Camera corner_view(double distance) {
+  return {{0.5 * distance, 0.45 * distance, 0.74 * distance}, {0, 0, 0}, {0, 1, 0}, 45};
+}
 
-gpu::Image draw(const EncodedVolume& encoded, const volumes::VolumeInfo& info, const gpu::Scene& scene, const gpu::Camera& camera,
+gpu::Image draw(const EncodedVolume& encoded, const volumes::VolumeInfo& info,
+                const gpu::Scene& scene, const gpu::Camera& camera,
                 const gpu::RenderOptions& options, std::uint32_t samples) {
   auto renderer = gpu::Renderer::make(device(), encoded.encoding, info, options);
   if (!renderer) {
@@ -65,7 +72,8 @@ gpu::Image draw(const EncodedVolume& encoded, const volumes::VolumeInfo& info, c
   }
   if (auto ok = (*renderer)->set_scene(scene); !ok) ADD_FAILURE() << ok.error().message;
   const gpu::Settled settled = (*renderer)->settle(camera, samples);
-  EXPECT_TRUE(settled.complete) << settled.incomplete << " pixels are left after " << settled.frames << " frames";
+  EXPECT_TRUE(settled.complete) << settled.incomplete << " pixels are left after " << settled.frames
+                                << " frames";
   return (*renderer)->read_image();
 }
 

@@ -13,7 +13,8 @@ namespace cvr::gpu_tests {
 
 /// What CVRBENCH_DEVICE names, as gpu::DeviceOptions::choice; empty without it.
 std::string device_choice();
-/// The device of all tests: device_choice(); with the validation layer where CVRBENCH_VALIDATION is set. Fails loudly where there is none.
+/// The device of all tests: device_choice(); with the validation layer where CVRBENCH_VALIDATION is
+/// set. Fails loudly where there is none.
 gpu::Device& device();
 
 /// An encoded volume, opened.
@@ -24,8 +25,10 @@ struct EncodedVolume {
   codecs::GpuEncoding encoding;
 };
 /// `parameters` as on the command line; `brick` for codecs without bricks of their own.
-std::unique_ptr<EncodedVolume> encode_for_gpu(const volumes::Volume& volume, const std::string& codec,
-                                              const std::vector<std::string>& parameters = {}, std::uint32_t brick = 32);
+std::unique_ptr<EncodedVolume> encode_for_gpu(const volumes::Volume& volume,
+                                              const std::string& codec,
+                                              const std::vector<std::string>& parameters = {},
+                                              std::uint32_t brick = 32);
 
 volumes::Volume generate(const std::string& kind, const volumes::Extent& extent);
 
@@ -34,7 +37,8 @@ gpu::Scene test_scene(gpu::Shading shading);
 gpu::Camera corner_view(double distance = 1.5);
 
 /// The settled picture; fails the test if it cannot be made.
-gpu::Image draw(const EncodedVolume& encoded, const volumes::VolumeInfo& info, const gpu::Scene& scene, const gpu::Camera& camera,
+gpu::Image draw(const EncodedVolume& encoded, const volumes::VolumeInfo& info,
+                const gpu::Scene& scene, const gpu::Camera& camera,
                 const gpu::RenderOptions& options, std::uint32_t samples = 1);
 
 /// Every codec that a GPU decodes, by the registry.

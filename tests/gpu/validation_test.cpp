@@ -1,4 +1,5 @@
-// The Khronos validation layer (core and synchronisation checks) is silent while every access mode and shading mode draws.
+// The Khronos validation layer (core and synchronisation checks) is silent while every access mode
+// and shading mode draws.
 #include <gtest/gtest.h>
 
 #include "tests/gpu/drawing.hpp"

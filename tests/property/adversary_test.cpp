@@ -1,16 +1,19 @@
-// Encoders against volumes that were made to be slow: every lossless codec returns them exactly, and in a bounded multiple of the time
-// that ordinary cells take. The aim is ten. What is bounded here is four times that, far below anything quadratic: where all labels are
-// distinct, csgv-ctx takes up to 28 times as long (it looks every label up in the sorted list of all) and neuroglancer up to 22 times
-// (it passes over cells at 3 ns a voxel, and each distinct label is hashed and sorted).
+// Encoders against volumes that were made to be slow: every lossless codec returns them exactly,
+// and in a bounded multiple of the time that ordinary cells take. The aim is ten. What is bounded
+// here is four times that, far below anything quadratic: where all labels are distinct, csgv-ctx
+// takes up to 28 times as long (it looks every label up in the sorted list of all) and neuroglancer
+// up to 22 times (it passes over cells at 3 ns a voxel, and each distinct label is hashed and
+// sorted).
 //
-// Times are of the processor, by this thread alone, and the least of several repetitions, so other work on the machine hardly shows.
+// Times are of the processor, by this thread alone, and the least of several repetitions, so other
+// work on the machine hardly shows.
 #include <gtest/gtest.h>
 #include <time.h>
 
 #include <algorithm>
-#include <cstring>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -49,31 +52,47 @@ struct Adversary {
 };
 
 /// A permutation of 32 bits.
-std::uint32_t scramble(std::uint64_t i) { return static_cast<std::uint32_t>(i) * 0x85ebca6bu + 0x1234567u; }
+std::uint32_t scramble(std::uint64_t i) {
+  return static_cast<std::uint32_t>(i) * 0x85ebca6bu + 0x1234567u;
+}
 
 const std::vector<Adversary>& adversaries() {
   static const std::vector<Adversary> kAll{
       {"DistinctInOrder", VoxelType::kU32, [](const Coordinate& c) { return index_of(c); }},
-      {"DistinctScrambled", VoxelType::kU32, [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c))}; }},
-      {"DistinctWide", VoxelType::kU64, [](const Coordinate& c) { return zoo::random_at(3, index_of(c)); }},
+      {"DistinctScrambled", VoxelType::kU32,
+       [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c))}; }},
+      {"DistinctWide", VoxelType::kU64,
+       [](const Coordinate& c) { return zoo::random_at(3, index_of(c)); }},
       // Multiples of the sizes that hash tables of the standard library take: one bucket for all.
-      {"DistinctMultiplesOfAPrime", VoxelType::kU64, [](const Coordinate& c) { return (index_of(c) + 1) * std::uint64_t{1447153} * 1048576; }},
+      {"DistinctMultiplesOfAPrime", VoxelType::kU64,
+       [](const Coordinate& c) { return (index_of(c) + 1) * std::uint64_t{1447153} * 1048576; }},
       {"TwoExtremesCheckered", VoxelType::kU32,
-       [](const Coordinate& c) { return (c.x + c.y + c.z) % 2 == 0 ? std::uint64_t{kLargest} : 0; }},
+       [](const Coordinate& c) {
+         return (c.x + c.y + c.z) % 2 == 0 ? std::uint64_t{kLargest} : 0;
+       }},
       {"TwoExtremesNoise", VoxelType::kU32,
-       [](const Coordinate& c) { return zoo::random_at(5, index_of(c)) % 2 == 0 ? std::uint64_t{kLargest} : 0; }},
+       [](const Coordinate& c) {
+         return zoo::random_at(5, index_of(c)) % 2 == 0 ? std::uint64_t{kLargest} : 0;
+       }},
       {"AllExtremesNoise", VoxelType::kU32,
        [](const Coordinate& c) { return kLargest - zoo::random_at(7, index_of(c)) % 256; }},
-      // Every label is the one of the neighbour below along x, then y, then z: references lead from one corner to the other.
-      {"Staircase", VoxelType::kU32, [](const Coordinate& c) { return c.x / 2 + c.y / 2 + c.z / 2; }},
+      // Every label is the one of the neighbour below along x, then y, then z: references lead from
+      // one corner to the other.
+      {"Staircase", VoxelType::kU32,
+       [](const Coordinate& c) { return c.x / 2 + c.y / 2 + c.z / 2; }},
       {"Planes", VoxelType::kU32, [](const Coordinate& c) { return c.z; }},
       // Labels come back as late as they can: distances in the palette are as long as they get.
-      {"LongDistances", VoxelType::kU32, [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c) % 30011)}; }},
+      {"LongDistances", VoxelType::kU32,
+       [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c) % 30011)}; }},
       // Flat and degenerate counts of operations.
-      {"FlatCounts", VoxelType::kU16, [](const Coordinate& c) { return zoo::random_at(11, index_of(c)) % 3; }},
-      {"OneVoxelDiffers", VoxelType::kU16, [](const Coordinate& c) { return std::uint64_t{index_of(c) == 12345}; }},
-      {"NoiseOfBytes", VoxelType::kU8, [](const Coordinate& c) { return zoo::random_at(13, index_of(c)) % 256; }},
-      // Labels that multiplicative hashing brings together: products with 2^32 / phi that differ in their high bits alone.
+      {"FlatCounts", VoxelType::kU16,
+       [](const Coordinate& c) { return zoo::random_at(11, index_of(c)) % 3; }},
+      {"OneVoxelDiffers", VoxelType::kU16,
+       [](const Coordinate& c) { return std::uint64_t{index_of(c) == 12345}; }},
+      {"NoiseOfBytes", VoxelType::kU8,
+       [](const Coordinate& c) { return zoo::random_at(13, index_of(c)) % 256; }},
+      // Labels that multiplicative hashing brings together: products with 2^32 / phi that differ in
+      // their high bits alone.
       {"HashesTogether", VoxelType::kU32,
        [](const Coordinate& c) {
          const auto i = static_cast<std::uint32_t>(index_of(c));
@@ -92,7 +111,8 @@ double cpu_seconds() {
 }
 
 /// The least time of an encoding with one thread; ends early where it is below `enough`.
-double encoding_seconds(const Codec& codec, const Volume& volume, const Parameters& parameters, double enough, Encoded& encoded) {
+double encoding_seconds(const Codec& codec, const Volume& volume, const Parameters& parameters,
+                        double enough, Encoded& encoded) {
   constexpr int kRepetitions = 5;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kRepetitions && least > enough; ++i) {
@@ -111,7 +131,8 @@ const Volume& ordinary(VoxelType type) {
   if (!made.contains(type)) {
     const auto source = volumes::make_generator("cells", kExtent, 1, {}, 2);
     const Volume cells = volumes::read_all(*source);
-    made.emplace(type, zoo::make_labels(info_of(type), [&](const Coordinate& c) { return cells.label(c); }));
+    made.emplace(
+        type, zoo::make_labels(info_of(type), [&](const Coordinate& c) { return cells.label(c); }));
   }
   return made.at(type);
 }
@@ -120,14 +141,17 @@ const Volume& ordinary(VoxelType type) {
 std::vector<Parameters> settings(const Codec& codec) {
   std::vector<Parameters> all{Parameters::parse(codec.parameters(), {}).value()};
   for (const ParameterSpec& spec : codec.parameters()) {
-    if (spec.name == "brick") all.push_back(Parameters::parse(codec.parameters(), std::vector<std::string>{"brick=64"}).value());
+    if (spec.name == "brick")
+      all.push_back(
+          Parameters::parse(codec.parameters(), std::vector<std::string>{"brick=64"}).value());
   }
   return all;
 }
 
 class Adversaries : public testing::TestWithParam<std::string> {};
 
-/// Times count by night alone (ctest -L slow), on a machine with nothing else to do: beside other work they prove nothing.
+/// Times count by night alone (ctest -L slow), on a machine with nothing else to do: beside other
+/// work they prove nothing.
 TEST_P(Adversaries, AreExactAndBoundedInTime) {
   const Codec& codec = *find_codec(GetParam());
   const bool timed = std::getenv("CVRBENCH_SLOW") != nullptr;
@@ -139,15 +163,17 @@ TEST_P(Adversaries, AreExactAndBoundedInTime) {
       SCOPED_TRACE(adversary.name + " " + parameters.canonical());
       Encoded encoded;
       if (timed && !usual.contains(adversary.type))
-        usual[adversary.type] = encoding_seconds(codec, ordinary(adversary.type), parameters, 0, encoded);
+        usual[adversary.type] =
+            encoding_seconds(codec, ordinary(adversary.type), parameters, 0, encoded);
       const Volume volume = zoo::make_labels(info, adversary.label);
-      const double enough = timed ? kSlowest * usual[adversary.type] / 2 : std::numeric_limits<double>::max();
+      const double enough =
+          timed ? kSlowest * usual[adversary.type] / 2 : std::numeric_limits<double>::max();
       const double seconds = encoding_seconds(codec, volume, parameters, enough, encoded);
       const double ratio = timed ? seconds / usual[adversary.type] : 0;
       EXPECT_LE(ratio, kSlowest);
       if (timed && std::getenv("CVR_PRINT_RATIOS") != nullptr)
-        std::printf("%-14s %-40s %-26s %8.1f ms %6.2f\n", GetParam().c_str(), parameters.canonical().c_str(), adversary.name.c_str(),
-                    1e3 * seconds, ratio);
+        std::printf("%-14s %-40s %-26s %8.1f ms %6.2f\n", GetParam().c_str(),
+                    parameters.canonical().c_str(), adversary.name.c_str(), 1e3 * seconds, ratio);
       const auto decoded = decode(encoded.bytes.bytes(), 0, 1);
       ASSERT_TRUE(decoded) << decoded.error().message;
       ASSERT_EQ(std::memcmp(decoded->data(), volume.data(), info.bytes()), 0);
@@ -163,11 +189,12 @@ std::vector<std::string> lossless_codecs() {
   return ids;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Adversaries, testing::ValuesIn(lossless_codecs()), [](const auto& info) {
-  std::string name = info.param;
-  std::ranges::replace(name, '-', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(All, Adversaries, testing::ValuesIn(lossless_codecs()),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace cvr::codecs

@@ -1,5 +1,5 @@
-// The table of all generators and the check of what is asked of them. A further generator, of labels or of
-// scalars, is one file and one line in kTable.
+// The table of all generators and the check of what is asked of them. A further generator, of
+// labels or of scalars, is one file and one line in kTable.
 #include "volumes/generators/generator.hpp"
 
 #include <fmt/format.h>
@@ -21,25 +21,27 @@ struct Kind {
   std::unique_ptr<VolumeSource> (*make)(const GeneratorRequest&);
 };
 
-constexpr std::array kTable{Kind{&kCellsInfo, make_cells}, Kind{&kFibersInfo, make_fibers},
-                            Kind{&kNeuritesInfo, make_neurites}, Kind{&kAtlasInfo, make_atlas},
-                            Kind{&kWorstCaseInfo, make_worst_case},
-                            Kind{&kTurbulenceInfo, make_turbulence}, Kind{&kShellsInfo, make_shells},
-                            Kind{&kMarschnerLobbInfo, make_marschner_lobb}, Kind{&kMovingInfo, make_moving}};
+constexpr std::array kTable{
+    Kind{&kCellsInfo, make_cells},          Kind{&kFibersInfo, make_fibers},
+    Kind{&kNeuritesInfo, make_neurites},    Kind{&kAtlasInfo, make_atlas},
+    Kind{&kWorstCaseInfo, make_worst_case}, Kind{&kTurbulenceInfo, make_turbulence},
+    Kind{&kShellsInfo, make_shells},        Kind{&kMarschnerLobbInfo, make_marschner_lobb},
+    Kind{&kMovingInfo, make_moving}};
 
 constexpr std::uint64_t kLargestAxis = std::uint64_t{1} << 24;
 
 void check_extent(std::string_view kind, const Extent& extent) {
   for (const std::uint64_t axis : {extent.x, extent.y, extent.z}) {
     if (axis < 1 || axis > kLargestAxis) {
-      throw InputError(fmt::format("generator {}: extent: expected 1 to {} voxels an axis, found {}", kind,
-                                   kLargestAxis, to_string(extent)));
+      throw InputError(
+          fmt::format("generator {}: extent: expected 1 to {} voxels an axis, found {}", kind,
+                      kLargestAxis, to_string(extent)));
     }
   }
 }
 
-std::map<std::string, double, std::less<>> complete(const GeneratorInfo& info,
-                                                    const std::map<std::string, double>& parameters) {
+std::map<std::string, double, std::less<>> complete(
+    const GeneratorInfo& info, const std::map<std::string, double>& parameters) {
   std::map<std::string, double, std::less<>> values;
   std::vector<std::string> names;
   for (const GeneratorParameter& declared : info.parameters) {
@@ -48,8 +50,9 @@ std::map<std::string, double, std::less<>> complete(const GeneratorInfo& info,
   }
   for (const auto& [name, value] : parameters) {
     if (!values.contains(name)) {
-      throw InputError(fmt::format("generator {}: parameter: expected one of {}, found {}{}", info.kind,
-                                   fmt::join(names, ", "), name, did_you_mean(name, names)));
+      throw InputError(fmt::format("generator {}: parameter: expected one of {}, found {}{}",
+                                   info.kind, fmt::join(names, ", "), name,
+                                   did_you_mean(name, names)));
     }
     values[name] = value;
   }
@@ -57,9 +60,10 @@ std::map<std::string, double, std::less<>> complete(const GeneratorInfo& info,
     const double value = values.find(declared.name)->second;
     const bool in_range = value >= declared.minimum && value <= declared.maximum;  // false for NaN
     if (!in_range || (declared.whole && value != std::floor(value))) {
-      throw InputError(fmt::format("generator {}: {}: expected {} from {} to {}, found {}", info.kind,
-                                   declared.name, declared.whole ? "a whole number" : "a number",
-                                   declared.minimum, declared.maximum, value));
+      throw InputError(fmt::format("generator {}: {}: expected {} from {} to {}, found {}",
+                                   info.kind, declared.name,
+                                   declared.whole ? "a whole number" : "a number", declared.minimum,
+                                   declared.maximum, value));
     }
   }
   return values;
@@ -76,7 +80,8 @@ std::span<const GeneratorInfo> all_generators() {
   return infos;
 }
 
-std::unique_ptr<VolumeSource> make_generator(std::string_view kind, const Extent& extent, std::uint64_t seed,
+std::unique_ptr<VolumeSource> make_generator(std::string_view kind, const Extent& extent,
+                                             std::uint64_t seed,
                                              const std::map<std::string, double>& parameters,
                                              unsigned threads) {
   std::vector<std::string> kinds;
@@ -86,8 +91,8 @@ std::unique_ptr<VolumeSource> make_generator(std::string_view kind, const Extent
     check_extent(kind, extent);
     return known.make({extent, seed, complete(*known.info, parameters), threads});
   }
-  throw InputError(
-      fmt::format("generator: kind: expected one of {}, found {}{}", fmt::join(kinds, ", "), kind, did_you_mean(kind, kinds)));
+  throw InputError(fmt::format("generator: kind: expected one of {}, found {}{}",
+                               fmt::join(kinds, ", "), kind, did_you_mean(kind, kinds)));
 }
 
 }  // namespace cvr::volumes

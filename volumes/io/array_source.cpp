@@ -24,14 +24,18 @@ void swap_bytes(std::span<std::byte> voxels, std::size_t width) {
 /// Copies `count` voxels of Width bytes that lie `stride` voxels apart.
 template <std::size_t Width>
 void gather_row(const std::byte* from, std::uint64_t stride, std::uint64_t count, std::byte* to) {
-  for (std::uint64_t i = 0; i < count; ++i) std::memcpy(to + i * Width, from + i * stride * Width, Width);
+  for (std::uint64_t i = 0; i < count; ++i)
+    std::memcpy(to + i * Width, from + i * stride * Width, Width);
 }
 
 class ArraySource final : public VolumeSource {
  public:
-  ArraySource(MappedFile file, const VolumeInfo& info, const ArrayLayout& layout, Provenance provenance,
-              std::vector<std::string> other_files)
-      : file_(std::move(file)), info_(info), layout_(layout), provenance_(std::move(provenance)),
+  ArraySource(MappedFile file, const VolumeInfo& info, const ArrayLayout& layout,
+              Provenance provenance, std::vector<std::string> other_files)
+      : file_(std::move(file)),
+        info_(info),
+        layout_(layout),
+        provenance_(std::move(provenance)),
         files_(std::move(other_files)) {
     if (std::ranges::find(files_, file_.path()) == files_.end()) files_.push_back(file_.path());
     check_size();
@@ -47,7 +51,9 @@ class ArraySource final : public VolumeSource {
     if (!file_.whole()) {
       read_from_file(box, out);
     } else if (x_fastest()) {
-      MemorySource(info_, decoded ? decoded_.data() : file_.bytes().data() + layout_.offset + first_byte()).read(box, out);
+      MemorySource(info_,
+                   decoded ? decoded_.data() : file_.bytes().data() + layout_.offset + first_byte())
+          .read(box, out);
     } else {
       gather(decoded ? decoded_.data() : file_.bytes().data() + layout_.offset, box, out);
     }
@@ -58,7 +64,8 @@ class ArraySource final : public VolumeSource {
     if (!x_fastest() || !file_.whole()) return nullptr;
     if (!decoded_.empty()) return decoded_.data();
     const bool swapped = layout_.big_endian && size_of(info_.type) > 1;
-    if (layout_.encoding != ArrayEncoding::kPlain || swapped || layout_.reject_negative || layout_.whole_numbers) {
+    if (layout_.encoding != ArrayEncoding::kPlain || swapped || layout_.reject_negative ||
+        layout_.whole_numbers) {
       return nullptr;
     }
     const std::byte* voxels = file_.bytes().data() + layout_.offset + first_byte();
@@ -73,7 +80,9 @@ class ArraySource final : public VolumeSource {
   }
 
   /// Of the first voxel of the volume among the stored ones, where x is fastest.
-  std::uint64_t first_byte() const { return layout_.first_step * layout_.strides[3] * size_of(info_.type); }
+  std::uint64_t first_byte() const {
+    return layout_.first_step * layout_.strides[3] * size_of(info_.type);
+  }
 
   void check_size() {
     const std::uint64_t size = file_.size();
@@ -84,7 +93,9 @@ class ArraySource final : public VolumeSource {
     const std::uint64_t coded = size - std::min(layout_.start, size);
     switch (layout_.encoding) {
       case ArrayEncoding::kGzip:
-        return check_inflatable(file_.path(), coded, layout_.at_end ? layout_.stored_bytes : layout_.offset + layout_.stored_bytes);
+        return check_inflatable(
+            file_.path(), coded,
+            layout_.at_end ? layout_.stored_bytes : layout_.offset + layout_.stored_bytes);
       case ArrayEncoding::kHex:
         return check_digits(file_.path(), coded, layout_.stored_bytes);
       case ArrayEncoding::kText:
@@ -94,11 +105,14 @@ class ArraySource final : public VolumeSource {
     }
     const bool exact = layout_.offset <= size && layout_.stored_bytes == size - layout_.offset;
     if (layout_.at_end ? layout_.stored_bytes > size : !exact) {
-      throw_input_error(file_.path(), layout_.at_end ? "" : fmt::format("byte {}", layout_.offset),
-                        fmt::format("{} bytes of voxels ({} voxels of {} bytes) and the end of the file",
-                                    layout_.stored_bytes, layout_.stored_bytes / size_of(info_.type), size_of(info_.type)),
-                        layout_.offset > size ? fmt::format("a file of {} bytes", size)
-                                              : fmt::format("{} bytes there, in a file of {} bytes", size - layout_.offset, size));
+      throw_input_error(
+          file_.path(), layout_.at_end ? "" : fmt::format("byte {}", layout_.offset),
+          fmt::format("{} bytes of voxels ({} voxels of {} bytes) and the end of the file",
+                      layout_.stored_bytes, layout_.stored_bytes / size_of(info_.type),
+                      size_of(info_.type)),
+          layout_.offset > size
+              ? fmt::format("a file of {} bytes", size)
+              : fmt::format("{} bytes there, in a file of {} bytes", size - layout_.offset, size));
     }
     if (layout_.at_end) layout_.offset = size - layout_.stored_bytes;
   }
@@ -119,12 +133,14 @@ class ArraySource final : public VolumeSource {
       if (layout_.at_end) {
         const std::uint64_t size = inflated_size(file_.path(), coded);
         if (size < layout_.stored_bytes) {
-          throw_input_error(file_.path(), "gzip stream", fmt::format("at least {} inflated bytes", layout_.stored_bytes),
+          throw_input_error(file_.path(), "gzip stream",
+                            fmt::format("at least {} inflated bytes", layout_.stored_bytes),
                             fmt::format("{}", size));
         }
         offset = size - layout_.stored_bytes;
       }
-      inflate_exactly(file_.path(), coded, offset + skipped, voxels.bytes(), layout_.stored_bytes - voxels.size() - skipped);
+      inflate_exactly(file_.path(), coded, offset + skipped, voxels.bytes(),
+                      layout_.stored_bytes - voxels.size() - skipped);
     }
     if (x_fastest()) {
       if (whole && voxels.size() != info_.bytes()) {  // some steps of a series
@@ -160,16 +176,21 @@ class ArraySource final : public VolumeSource {
       for (std::uint64_t z = box.origin.z; z < box.origin.z + box.size.z; ++z) {
         const std::uint64_t plane = (layout_.first_step + z / depth) * st + z % depth * sz;
         for (std::uint64_t y = box.origin.y; y < box.origin.y + box.size.y; ++y) {
-          gather_row<Width>(stored + (plane + y * sy + box.origin.x * sx) * Width, sx, box.size.x, out);
+          gather_row<Width>(stored + (plane + y * sy + box.origin.x * sx) * Width, sx, box.size.x,
+                            out);
           out += box.size.x * Width;
         }
       }
     };
     switch (size_of(info_.type)) {
-      case 1: return gather_voxels.template operator()<1>();
-      case 2: return gather_voxels.template operator()<2>();
-      case 4: return gather_voxels.template operator()<4>();
-      default: return gather_voxels.template operator()<8>();
+      case 1:
+        return gather_voxels.template operator()<1>();
+      case 2:
+        return gather_voxels.template operator()<2>();
+      case 4:
+        return gather_voxels.template operator()<4>();
+      default:
+        return gather_voxels.template operator()<8>();
     }
   }
 
@@ -191,9 +212,11 @@ class ArraySource final : public VolumeSource {
 
 }  // namespace
 
-std::unique_ptr<VolumeSource> open_array(MappedFile file, const VolumeInfo& info, const ArrayLayout& layout,
-                                         Provenance provenance, std::vector<std::string> other_files) {
-  return std::make_unique<ArraySource>(std::move(file), info, layout, std::move(provenance), std::move(other_files));
+std::unique_ptr<VolumeSource> open_array(MappedFile file, const VolumeInfo& info,
+                                         const ArrayLayout& layout, Provenance provenance,
+                                         std::vector<std::string> other_files) {
+  return std::make_unique<ArraySource>(std::move(file), info, layout, std::move(provenance),
+                                       std::move(other_files));
 }
 
 }  // namespace cvr::volumes

@@ -56,12 +56,13 @@ std::string describe_content(std::span<const std::byte> bytes) {
   if (bytes.empty()) return "an empty file";
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (const Signature& signature : kSignatures) {
-    if (text.size() >= signature.offset && text.substr(signature.offset).starts_with(signature.bytes))
+    if (text.size() >= signature.offset &&
+        text.substr(signature.offset).starts_with(signature.bytes))
       return std::string(signature.what);
   }
   const std::string_view start = text.substr(0, std::min(text.find('\n'), kShownBytes));
-  const bool printable =
-      !start.empty() && std::all_of(start.begin(), start.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool printable = !start.empty() && std::all_of(start.begin(), start.end(),
+                                                       [](char c) { return c >= ' ' && c <= '~'; });
   return printable ? fmt::format("text that begins '{}'", start) : "other bytes";
 }
 

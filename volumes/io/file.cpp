@@ -30,9 +30,11 @@ constexpr std::size_t kBeginBytes = std::size_t{16} << 20;
 
 std::uint64_t checked_file_size(const std::string& path, int descriptor) {
   struct stat status {};
-  if (::fstat(descriptor, &status) != 0) throw_input_error(path, "", "a readable file", std::strerror(errno));
+  if (::fstat(descriptor, &status) != 0)
+    throw_input_error(path, "", "a readable file", std::strerror(errno));
   if (S_ISDIR(status.st_mode)) throw_input_error(path, "", "a file", "a folder");
-  if (!S_ISREG(status.st_mode)) throw_input_error(path, "", "a regular file", "a device, pipe or socket");
+  if (!S_ISREG(status.st_mode))
+    throw_input_error(path, "", "a regular file", "a device, pipe or socket");
   return static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -46,7 +48,8 @@ int open_for_reading(const std::string& path) {
 /// The bytes of address space that this process may have.
 std::uint64_t address_space() {
   rlimit limit{};
-  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return ~std::uint64_t{0};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
+    return ~std::uint64_t{0};
   return limit.rlim_cur;
 }
 
@@ -65,7 +68,8 @@ class Descriptor {
 /// The folder that holds a name.
 std::string folder_of(const std::string& path) {
   const std::filesystem::path name(path);
-  const std::filesystem::path folder = (name.has_filename() ? name : name.parent_path()).parent_path();
+  const std::filesystem::path folder =
+      (name.has_filename() ? name : name.parent_path()).parent_path();
   return folder.empty() ? "." : folder.string();
 }
 
@@ -127,10 +131,12 @@ void MappedFile::read(std::uint64_t offset, std::span<std::byte> out) const {
   }
   while (!out.empty()) {
     const std::size_t piece = std::min<std::size_t>(out.size(), 1u << 30);
-    const ssize_t got = descriptor_ < 0 ? 0 : ::pread(descriptor_, out.data(), piece, static_cast<off_t>(offset));
+    const ssize_t got =
+        descriptor_ < 0 ? 0 : ::pread(descriptor_, out.data(), piece, static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) {
-      throw_input_error(path_, fmt::format("byte {}", offset), fmt::format("{} more bytes", out.size()),
+      throw_input_error(path_, fmt::format("byte {}", offset),
+                        fmt::format("{} more bytes", out.size()),
                         got < 0 ? std::strerror(errno) : "the end of the file");
     }
     offset += static_cast<std::uint64_t>(got);
@@ -147,7 +153,8 @@ std::string output_target(const std::string& path) {
   if (path.empty()) throw_output_error("''", "a name is missing");
   const bool device =
       (path.starts_with("/dev/") && !path.starts_with("/dev/shm/")) || path.starts_with("/proc/");
-  if (device) throw_output_error(path, "it names a device or an open file, and outputs are plain files");
+  if (device)
+    throw_output_error(path, "it names a device or an open file, and outputs are plain files");
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) {
     const int reason = errno;
@@ -161,12 +168,14 @@ std::string output_target(const std::string& path) {
   }
   if (S_ISDIR(status.st_mode)) throw_output_error(path, "a folder has this name");
   if (!S_ISREG(status.st_mode)) {
-    throw_output_error(path, "a device, pipe or socket has this name, and only plain files are replaced");
+    throw_output_error(path,
+                       "a device, pipe or socket has this name, and only plain files are replaced");
   }
   // Another writer of the same name may take the file away at any moment, to put its own there.
   const bool writable = ::access(path.c_str(), W_OK) == 0;
   if (!writable && errno != ENOENT) throw_output_error(path, std::strerror(errno));
-  const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr), &std::free);
+  const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(path.c_str(), nullptr),
+                                                             &std::free);
   if (!resolved && errno != ENOENT) throw_output_error(path, std::strerror(errno));
   if (!writable || !resolved) return path;
   return resolved.get();
@@ -177,7 +186,8 @@ void check_output(const std::string& path) {
   if (::access(folder.c_str(), W_OK | X_OK) != 0) throw_output_error(path, std::strerror(errno));
 }
 
-void refuse_to_replace(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
+void refuse_to_replace(const std::vector<std::string>& outputs,
+                       const std::vector<std::string>& inputs) {
   for (const std::string& input : inputs) {
     const auto read = identity_of(input);
     if (!read) continue;
@@ -225,7 +235,8 @@ OutputFile::~OutputFile() {
 
 void OutputFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30));
+    const ssize_t written =
+        ::write(descriptor_, bytes.data(), std::min<std::size_t>(bytes.size(), 1u << 30));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) throw_output_error(path_, std::strerror(errno));
     bytes = bytes.subspan(static_cast<std::size_t>(written));
@@ -259,7 +270,8 @@ void OutputFile::commit_pair(OutputFile& described, OutputFile& description) {
 }
 
 void OutputFile::rename_to_target() {
-  if (std::rename(partial_.c_str(), target_.c_str()) != 0) throw_output_error(path_, std::strerror(errno));
+  if (std::rename(partial_.c_str(), target_.c_str()) != 0)
+    throw_output_error(path_, std::strerror(errno));
   committed_ = true;
 }
 

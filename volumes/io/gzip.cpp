@@ -18,11 +18,13 @@ constexpr int kGzipWindow = 15 + 16;
 constexpr std::size_t kPiece = std::size_t{1} << 18;
 constexpr std::size_t kMaximumStep = std::size_t{1} << 30;
 constexpr std::uint64_t kMaximumRatio = 1032;
-constexpr std::uint64_t kMaximumSurplus = std::uint64_t{1} << 30;  // counted for the error, then given up
+constexpr std::uint64_t kMaximumSurplus = std::uint64_t{1}
+                                          << 30;  // counted for the error, then given up
 
 class Inflater {
  public:
-  Inflater(const std::string& file, std::span<const std::byte> stream) : file_(file), stream_(stream) {
+  Inflater(const std::string& file, std::span<const std::byte> stream)
+      : file_(file), stream_(stream) {
     if (inflateInit2(&state_, kGzipWindow) != Z_OK) throw std::bad_alloc();
   }
   ~Inflater() { inflateEnd(&state_); }
@@ -41,7 +43,8 @@ class Inflater {
   /// To be called when nothing is left to read: the stream must be the last thing in its file.
   void expect_end() const {
     if (consumed_ == stream_.size()) return;
-    throw_input_error(file_, fmt::format("byte {} of the gzip stream", consumed_), "the end of the file",
+    throw_input_error(file_, fmt::format("byte {} of the gzip stream", consumed_),
+                      "the end of the file",
                       fmt::format("{} bytes behind the gzip stream", stream_.size() - consumed_));
   }
 
@@ -88,7 +91,8 @@ class Inflater {
   z_stream state_{};
 };
 
-[[noreturn]] void throw_short(const std::string& file, std::uint64_t expected, std::uint64_t found) {
+[[noreturn]] void throw_short(const std::string& file, std::uint64_t expected,
+                              std::uint64_t found) {
   throw_input_error(file, "gzip stream", fmt::format("{} inflated bytes", expected),
                     fmt::format("the end of the stream after {}", found));
 }
@@ -106,14 +110,15 @@ void check_inflatable(const std::string& file, std::uint64_t compressed, std::ui
   }
 }
 
-void inflate_start(const std::string& file, std::span<const std::byte> stream, std::span<std::byte> out) {
+void inflate_start(const std::string& file, std::span<const std::byte> stream,
+                   std::span<std::byte> out) {
   Inflater inflater(file, stream);
   const std::size_t got = inflater.read(out);
   if (got < out.size()) throw_short(file, out.size(), got);
 }
 
-void inflate_exactly(const std::string& file, std::span<const std::byte> stream, std::uint64_t before,
-                     std::span<std::byte> out, std::uint64_t after) {
+void inflate_exactly(const std::string& file, std::span<const std::byte> stream,
+                     std::uint64_t before, std::span<std::byte> out, std::uint64_t after) {
   const std::uint64_t all = before + out.size() + after;
   Inflater inflater(file, stream);
   std::uint64_t got = inflater.skip(before);
@@ -121,8 +126,9 @@ void inflate_exactly(const std::string& file, std::span<const std::byte> stream,
   if (got == before + out.size()) got += inflater.skip(after);
   if (got < all) throw_short(file, all, got);
   if (const std::uint64_t surplus = inflater.skip(kMaximumSurplus); surplus > 0) {
-    throw_input_error(file, "gzip stream", fmt::format("{} inflated bytes", all),
-                      fmt::format("{}{}", surplus == kMaximumSurplus ? "at least " : "", all + surplus));
+    throw_input_error(
+        file, "gzip stream", fmt::format("{} inflated bytes", all),
+        fmt::format("{}{}", surplus == kMaximumSurplus ? "at least " : "", all + surplus));
   }
   inflater.expect_end();
 }
@@ -134,7 +140,8 @@ std::uint64_t inflated_size(const std::string& file, std::span<const std::byte> 
   return size;
 }
 
-Buffer inflate_all(const std::string& file, std::span<const std::byte> stream, std::uint64_t limit) {
+Buffer inflate_all(const std::string& file, std::span<const std::byte> stream,
+                   std::uint64_t limit) {
   Inflater inflater(file, stream);
   Buffer bytes;
   for (;;) {
@@ -144,7 +151,8 @@ Buffer inflate_all(const std::string& file, std::span<const std::byte> stream, s
     const std::size_t got = inflater.read(bytes.bytes().subspan(at));
     bytes.resize(at + got);
     if (bytes.size() > limit) {
-      throw_input_error(file, "", fmt::format("at most {} inflated bytes", limit), fmt::format("more"));
+      throw_input_error(file, "", fmt::format("at most {} inflated bytes", limit),
+                        fmt::format("more"));
     }
     if (got < step) {
       inflater.expect_end();
@@ -158,10 +166,11 @@ struct GzipWriter::State {
   std::vector<std::byte> piece = std::vector<std::byte>(kPiece);
 };
 
-GzipWriter::GzipWriter(Sink sink, int level) : sink_(std::move(sink)), state_(std::make_unique<State>()) {
+GzipWriter::GzipWriter(Sink sink, int level)
+    : sink_(std::move(sink)), state_(std::make_unique<State>()) {
   constexpr int kMemoryLevel = 8;
-  if (deflateInit2(&state_->stream, level, Z_DEFLATED, kGzipWindow, kMemoryLevel, Z_DEFAULT_STRATEGY) !=
-      Z_OK) {
+  if (deflateInit2(&state_->stream, level, Z_DEFLATED, kGzipWindow, kMemoryLevel,
+                   Z_DEFAULT_STRATEGY) != Z_OK) {
     throw std::bad_alloc();
   }
 }

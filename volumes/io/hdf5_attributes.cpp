@@ -12,8 +12,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::array kNames{"voxel_size", "offset",          "voxel_unit", "kind", "axes",            "name", "source",
-                            "licence",    "element_size_um", "resolution", "axistags", "DIMENSION_LABELS"};
+constexpr std::array kNames{
+    "voxel_size", "offset",  "voxel_unit",      "kind",       "axes",     "name",
+    "source",     "licence", "element_size_um", "resolution", "axistags", "DIMENSION_LABELS"};
 constexpr hssize_t kMaximumValues = 64;
 constexpr std::size_t kMaximumText = 1 << 20;
 
@@ -23,7 +24,8 @@ Json read_variable_texts(hid_t attribute, hid_t type, hid_t space, std::size_t c
   if (H5Aread(attribute, type, values.data()) < 0) return nullptr;
   Json texts = Json::array();
   for (const char* value : values) {
-    texts.push_back(value == nullptr ? std::string() : std::string(value, ::strnlen(value, kMaximumText)));
+    texts.push_back(value == nullptr ? std::string()
+                                     : std::string(value, ::strnlen(value, kMaximumText)));
   }
   H5Dvlen_reclaim(type, space, H5P_DEFAULT, values.data());
   return texts;
@@ -54,8 +56,9 @@ Json read_attribute(hid_t attribute) {
   const H5T_class_t kind = H5Tget_class(type.get());
   Json values;
   if (kind == H5T_STRING) {
-    values = H5Tis_variable_str(type.get()) > 0 ? read_variable_texts(attribute, type.get(), space.get(), count)
-                                                : read_fixed_texts(attribute, type.get(), count);
+    values = H5Tis_variable_str(type.get()) > 0
+                 ? read_variable_texts(attribute, type.get(), space.get(), count)
+                 : read_fixed_texts(attribute, type.get(), count);
   } else if (kind == H5T_INTEGER || kind == H5T_FLOAT) {
     std::vector<double> numbers(count);
     if (H5Aread(attribute, H5T_NATIVE_DOUBLE, numbers.data()) >= 0) values = numbers;
@@ -76,7 +79,9 @@ std::optional<std::string> clean(const Json& value) {
   if (!value.is_string()) return std::nullopt;
   auto text = value.get<std::string>();
   if (!is_utf8(text)) return std::nullopt;
-  const auto control = [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f; };
+  const auto control = [](char c) {
+    return (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
+  };
   std::replace_if(text.begin(), text.end(), control, ' ');
   return text;
 }
@@ -91,7 +96,8 @@ nlohmann::json read_hdf5_attributes(hid_t object) {
     if (H5Aexists(object, name) <= 0) continue;
     const Hdf5Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
     if (!attribute.valid()) continue;
-    if (Json value = read_attribute(attribute.get()); !value.is_null()) values[name] = std::move(value);
+    if (Json value = read_attribute(attribute.get()); !value.is_null())
+      values[name] = std::move(value);
   }
   return values;
 }
@@ -114,7 +120,8 @@ std::optional<std::vector<std::string>> Hdf5Attributes::texts(const char* name) 
   return result;
 }
 
-std::optional<std::vector<double>> Hdf5Attributes::numbers(const char* name, std::size_t count) const {
+std::optional<std::vector<double>> Hdf5Attributes::numbers(const char* name,
+                                                           std::size_t count) const {
   const auto found = values_.find(name);
   if (found == values_.end() || !found->is_array() || found->size() != count) return std::nullopt;
   std::vector<double> result;
@@ -128,7 +135,8 @@ std::optional<std::vector<double>> Hdf5Attributes::numbers(const char* name, std
 std::optional<std::array<double, 3>> Hdf5Attributes::triple(const char* name, bool positive) const {
   const auto zyx = numbers(name, 3);
   if (!zyx) return std::nullopt;
-  if (positive && !std::all_of(zyx->begin(), zyx->end(), [](double v) { return v > 0; })) return std::nullopt;
+  if (positive && !std::all_of(zyx->begin(), zyx->end(), [](double v) { return v > 0; }))
+    return std::nullopt;
   return reversed(*zyx);
 }
 
@@ -144,7 +152,8 @@ std::optional<std::vector<Hdf5Axis>> hdf5_axistags(const std::string& text) {
   for (const Json& tag : tags["axes"]) {
     if (!tag.is_object() || !tag.contains("key") || !tag["key"].is_string()) return std::nullopt;
     const Json resolution = tag.value("resolution", Json(0.0));
-    axes.push_back({tag["key"].get<std::string>(), resolution.is_number() ? resolution.get<double>() : 0.0});
+    axes.push_back(
+        {tag["key"].get<std::string>(), resolution.is_number() ? resolution.get<double>() : 0.0});
   }
   return axes;
 }
@@ -152,14 +161,15 @@ std::optional<std::vector<Hdf5Axis>> hdf5_axistags(const std::string& text) {
 namespace {
 
 /// Voxel size and unit by other people's attributes.
-void understand_others(const Hdf5Attributes& dataset, std::size_t rank, const std::array<int, 3>& axis,
-                       Hdf5Meaning& meaning) {
+void understand_others(const Hdf5Attributes& dataset, std::size_t rank,
+                       const std::array<int, 3>& axis, Hdf5Meaning& meaning) {
   const auto take = [&](const std::vector<double>& by_axis, const char* unit) {
     std::array<double, 3> size{1, 1, 1};
     for (std::size_t i = 0; i < 3; ++i) {
       if (axis[i] >= 0) size[i] = by_axis[static_cast<std::size_t>(axis[i])];
     }
-    if (!std::all_of(size.begin(), size.end(), [](double v) { return std::isfinite(v) && v > 0; })) return;
+    if (!std::all_of(size.begin(), size.end(), [](double v) { return std::isfinite(v) && v > 0; }))
+      return;
     meaning.voxel_size = size;
     meaning.voxel_unit = unit;
   };
@@ -182,8 +192,8 @@ void understand_others(const Hdf5Attributes& dataset, std::size_t rank, const st
 
 }  // namespace
 
-Hdf5Meaning understand_hdf5(const Hdf5Attributes& dataset, const Hdf5Attributes& root, std::size_t rank,
-                            const std::array<int, 3>& axis) {
+Hdf5Meaning understand_hdf5(const Hdf5Attributes& dataset, const Hdf5Attributes& root,
+                            std::size_t rank, const std::array<int, 3>& axis) {
   // What the root says is of this dataset only where the dataset does not speak for itself.
   const Hdf5Attributes silent;
   const Hdf5Attributes& file = dataset.ours() ? silent : root;

@@ -7,8 +7,8 @@
 //   element_size_um     z y x in micrometres, or one number for each axis of the dataset (Fiji, PlantSeg)
 //   axistags            JSON of vigra and ilastik: the key and the resolution of each axis, slowest first
 //   axes                letters or a list of names; DIMENSION_LABELS, the names that the dimension scales hold
-// An attribute of one of these names with another type, length or value belongs to somebody else and is
-// passed over.
+// An attribute of one of these names with another type, length or value belongs to somebody else
+// and is passed over.
 #pragma once
 
 #include <hdf5.h>
@@ -24,9 +24,9 @@
 
 namespace cvr::volumes {
 
-/// The attributes that mean something here, as {name: value}: text, a number, or a list of either; what is none of
-/// these is left out. Texts of variable length crash the library where a file is damaged: for the child
-/// process alone.
+/// The attributes that mean something here, as {name: value}: text, a number, or a list of either;
+/// what is none of these is left out. Texts of variable length crash the library where a file is
+/// damaged: for the child process alone.
 nlohmann::json read_hdf5_attributes(hid_t object);
 
 class Hdf5Attributes {
@@ -50,8 +50,8 @@ class Hdf5Attributes {
   nlohmann::json values_ = nlohmann::json::object();
 };
 
-/// One axis of a stored array: what it is ('x', 'y', 'z', 't', 'c', or a name that is none of these) and its
-/// resolution, 0 where unknown.
+/// One axis of a stored array: what it is ('x', 'y', 'z', 't', 'c', or a name that is none of
+/// these) and its resolution, 0 where unknown.
 struct Hdf5Axis {
   std::string name;
   double resolution = 0;
@@ -69,8 +69,9 @@ struct Hdf5Meaning {
   Provenance provenance;
 };
 
-/// `axis` holds the place of x, y and z among the axes of the dataset of the given rank, -1 where there is none.
-Hdf5Meaning understand_hdf5(const Hdf5Attributes& dataset, const Hdf5Attributes& root, std::size_t rank,
-                            const std::array<int, 3>& axis);
+/// `axis` holds the place of x, y and z among the axes of the dataset of the given rank, -1 where
+/// there is none.
+Hdf5Meaning understand_hdf5(const Hdf5Attributes& dataset, const Hdf5Attributes& root,
+                            std::size_t rank, const std::array<int, 3>& axis);
 
 }  // namespace cvr::volumes

@@ -18,11 +18,15 @@ constexpr std::uint64_t kMostChannels = 4;
 
 using Names = std::vector<std::string>;
 
-bool is_letter(const std::string& name) { return name.size() == 1 && kLetters.find(name) != std::string_view::npos; }
+bool is_letter(const std::string& name) {
+  return name.size() == 1 && kLetters.find(name) != std::string_view::npos;
+}
 
-/// One of the letters where a name is one or a usual word for one; else the name itself, in lower case.
+/// One of the letters where a name is one or a usual word for one; else the name itself, in lower
+/// case.
 std::string letter_of(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   if (name == "time" || name == "frame" || name == "frames") return "t";
   if (name == "channel" || name == "channels") return "c";
   return name;
@@ -38,23 +42,25 @@ struct Problem {
   std::string file, position, shape;
 
   [[noreturn]] void ask(const std::string& found) const {
-    throw_input_error(file, position,
-                      "axes that are known: name them, slowest first, as in --axes zyxc (letters t z y x c; in a "
-                      "configuration the key axes)",
-                      found);
+    throw_input_error(
+        file, position,
+        "axes that are known: name them, slowest first, as in --axes zyxc (letters t z y x c; in a "
+        "configuration the key axes)",
+        found);
   }
 };
 
 /// What DIMENSION_LABELS or `axes` say; empty where they say nothing of x, y, z.
-Names stated_names(const Problem& problem, const Names& stated, const char* attribute, std::size_t rank) {
+Names stated_names(const Problem& problem, const Names& stated, const char* attribute,
+                   std::size_t rank) {
   Names names;
   for (const std::string& name : stated) names.push_back(letter_of(name));
   const auto known = static_cast<std::size_t>(std::count_if(names.begin(), names.end(), is_letter));
   if (known == 0) return {};
   const std::string text = fmt::format("{}", fmt::join(stated, " "));
   if (names.size() != rank) {
-    problem.ask(fmt::format("{} names '{}' in the attribute {} of an array of rank {} ({})", names.size(), text,
-                            attribute, rank, problem.shape));
+    problem.ask(fmt::format("{} names '{}' in the attribute {} of an array of rank {} ({})",
+                            names.size(), text, attribute, rank, problem.shape));
   }
   return names;
 }
@@ -63,7 +69,8 @@ Names names_of_file(const Problem& problem, std::size_t rank, const Hdf5Attribut
   if (const auto text = dataset.text("axistags")) {
     const auto tags = hdf5_axistags(*text);
     if (!tags || tags->size() != rank) {
-      problem.ask(tags ? fmt::format("axistags of {} axes for an array of rank {} ({})", tags->size(), rank, problem.shape)
+      problem.ask(tags ? fmt::format("axistags of {} axes for an array of rank {} ({})",
+                                     tags->size(), rank, problem.shape)
                        : "an attribute axistags that is not vigra's JSON");
     }
     Names names;
@@ -91,14 +98,16 @@ Names names_by_rule(const Problem& problem, const std::vector<std::uint64_t>& si
     case 4: {
       const bool channels = size[3] <= kMostChannels && size[3] < size[2] && size[3] < size[1];
       if (channels && !ours) {
-        problem.ask(fmt::format("{} without a word about its axes; the last one may be channels or x", problem.shape));
+        problem.ask(fmt::format(
+            "{} without a word about its axes; the last one may be channels or x", problem.shape));
       }
       return letters_of("tzyx");
     }
     case 5:
       problem.ask(fmt::format("{} without a word about its axes", problem.shape));
     default:
-      throw_input_error(problem.file, problem.position, "an array of rank 2 (y x), 3 (z y x), 4 (t z y x) or 5",
+      throw_input_error(problem.file, problem.position,
+                        "an array of rank 2 (y x), 3 (z y x), 4 (t z y x) or 5",
                         fmt::format("rank {} ({})", size.size(), problem.shape));
   }
 }
@@ -107,9 +116,11 @@ Names asked_names(const Problem& problem, const std::string& asked, std::size_t 
   const Names names = letters_of(asked);
   const bool letters = std::all_of(names.begin(), names.end(), is_letter);
   if (!letters || names.size() != rank) {
-    throw_input_error(problem.file, problem.position,
-                      fmt::format("axes of {} letters out of t z y x c for the array {}, slowest first", rank, problem.shape),
-                      fmt::format("'{}'", asked));
+    throw_input_error(
+        problem.file, problem.position,
+        fmt::format("axes of {} letters out of t z y x c for the array {}, slowest first", rank,
+                    problem.shape),
+        fmt::format("'{}'", asked));
   }
   return names;
 }
@@ -120,7 +131,8 @@ Hdf5AxisOrder settle_hdf5_axes(const std::string& file, const std::string& posit
                                const std::vector<std::uint64_t>& size, const std::string& asked,
                                const Hdf5Attributes& dataset) {
   const Problem problem{file, position, fmt::format("{}", fmt::join(size, "x"))};
-  Names names = asked.empty() ? names_of_file(problem, size.size(), dataset) : asked_names(problem, asked, size.size());
+  Names names = asked.empty() ? names_of_file(problem, size.size(), dataset)
+                              : asked_names(problem, asked, size.size());
   if (names.empty()) names = names_by_rule(problem, size, dataset.ours());
   const std::string order = fmt::format("{}", fmt::join(names, " "));
 
@@ -128,21 +140,25 @@ Hdf5AxisOrder settle_hdf5_axes(const std::string& file, const std::string& posit
   std::set<std::string> seen;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string& name = names[i];
-    if (is_letter(name) && !seen.insert(name).second) problem.ask(fmt::format("the axes {} with {} twice", order, name));
+    if (is_letter(name) && !seen.insert(name).second)
+      problem.ask(fmt::format("the axes {} with {} twice", order, name));
     if (name == "t") {
       result.time = static_cast<int>(i);
     } else if (is_letter(name) && name != "c") {
       result.axis[static_cast<std::size_t>(name[0] - 'x')] = static_cast<int>(i);
     } else if (size[i] != 1 && name == "c") {
-      throw_input_error(file, position,
-                        "one channel: write the one that is meant to a dataset of its own (h5py: f['one'] = "
-                        "f['all'][..., 0]), or name the axes with --axes if these are no channels",
-                        fmt::format("{} channels in {} ({})", size[i], problem.shape, order));
+      throw_input_error(
+          file, position,
+          "one channel: write the one that is meant to a dataset of its own (h5py: f['one'] = "
+          "f['all'][..., 0]), or name the axes with --axes if these are no channels",
+          fmt::format("{} channels in {} ({})", size[i], problem.shape, order));
     } else if (size[i] != 1) {
-      problem.ask(fmt::format("an axis '{}' of length {} in {} ({})", name, size[i], problem.shape, order));
+      problem.ask(
+          fmt::format("an axis '{}' of length {} in {} ({})", name, size[i], problem.shape, order));
     }
   }
-  if (result.axis == std::array<int, 3>{-1, -1, -1}) problem.ask(fmt::format("no x, y or z among the axes {}", order));
+  if (result.axis == std::array<int, 3>{-1, -1, -1})
+    problem.ask(fmt::format("no x, y or z among the axes {}", order));
   return result;
 }
 

@@ -1,8 +1,9 @@
 // The HDF5 C library as this folder uses it: handles that close themselves, silence, and one lock.
 //
 // Debian's serial libhdf5 is not thread safe, so every use of it, over all files, happens below one
-// Hdf5Session or in a child process (hdf5_process.hpp), which has one thread and takes no session. The session also switches off the library's printing of errors and keeps what it had to say
-// for our own messages.
+// Hdf5Session or in a child process (hdf5_process.hpp), which has one thread and takes no session.
+// The session also switches off the library's printing of errors and keeps what it had to say for
+// our own messages.
 #pragma once
 
 #include <hdf5.h>
@@ -28,8 +29,8 @@ class Hdf5Session {
   void* print_data_ = nullptr;
 };
 
-/// What the library says about its last failure: the system's words where they are quoted ("No space left on
-/// device"), else the innermost description, or "an unknown failure".
+/// What the library says about its last failure: the system's words where they are quoted ("No
+/// space left on device"), else the innermost description, or "an unknown failure".
 std::string hdf5_reason();
 
 /// The type as files hold it, little endian.

@@ -38,7 +38,8 @@ std::deque<std::string> components(const std::string& name) {
   std::deque<std::string> parts;
   for (std::size_t start = 0; start < name.size();) {
     const std::size_t end = std::min(name.find('/', start), name.size());
-    if (end > start && name.compare(start, end - start, ".") != 0) parts.push_back(name.substr(start, end - start));
+    if (end > start && name.compare(start, end - start, ".") != 0)
+      parts.push_back(name.substr(start, end - start));
     start = end + 1;
   }
   return parts;
@@ -88,7 +89,8 @@ class Walk {
       }
       if (++links_ > kMaximumLinks) {
         throw_input_error(bounds_.file(), fmt::format("dataset '{}'", asked_),
-                          fmt::format("a way over at most {} links", kMaximumLinks), "a longer one, or a circle");
+                          fmt::format("a way over at most {} links", kMaximumLinks),
+                          "a longer one, or a circle");
       }
       follow(path, info);
     }
@@ -112,7 +114,8 @@ class Walk {
                         "a link of a kind that its writer made");
     }
     const ExternalTarget target = external_target(value, info.u.val_size);
-    const std::string file = bounds_.admit(at_.file, fmt::format("external link '{}'", path), target.file);
+    const std::string file =
+        bounds_.admit(at_.file, fmt::format("external link '{}'", path), target.file);
     at_.file = file;
     at_.file_id = open_hdf5_file(file, H5F_ACC_RDONLY);
     at_.name.clear();
@@ -129,8 +132,8 @@ class Walk {
 Hdf5Entry entry_of(hid_t dataset, std::string name) {
   const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
   const std::vector<hsize_t> size = hdf5_size(dataset);
-  Hdf5Entry entry{std::move(name), fmt::format("{}", fmt::join(size, "x")), hdf5_type_name(type.get()),
-                  static_cast<int>(size.size()), false};
+  Hdf5Entry entry{std::move(name), fmt::format("{}", fmt::join(size, "x")),
+                  hdf5_type_name(type.get()), static_cast<int>(size.size()), false};
   entry.voxels = entry.rank >= 3 && entry.rank <= 5 && hdf5_stored(type.get()).width > 0;
   return entry;
 }
@@ -144,7 +147,8 @@ herr_t list_link(hid_t root, const char* name, const H5L_info_t* info, void* dat
   auto& [content, seen] = *static_cast<Listing*>(data);
   const std::string path = std::string("/") + name;
   if (info->type == H5L_TYPE_EXTERNAL) {
-    const ExternalTarget target = external_target(link_value(root, path, info->u.val_size), info->u.val_size);
+    const ExternalTarget target =
+        external_target(link_value(root, path, info->u.val_size), info->u.val_size);
     content.links.push_back(fmt::format("'{}' -> '{}:{}'", path, target.file, target.object));
   }
   if (info->type != H5L_TYPE_HARD) return 0;
@@ -166,33 +170,40 @@ Hdf5Bounds::Hdf5Bounds(std::string file, bool allow_external)
       allow_external_(allow_external),
       files_{file_} {}
 
-std::string Hdf5Bounds::admit(const std::string& from, const std::string& what, const std::string& target) {
-  const fs::path path = fs::path(target).is_absolute() ? fs::path(target) : folder_of(from) / target;
+std::string Hdf5Bounds::admit(const std::string& from, const std::string& what,
+                              const std::string& target) {
+  const fs::path path =
+      fs::path(target).is_absolute() ? fs::path(target) : folder_of(from) / target;
   if (!allow_external_ && !lies_in(folder_, fs::weakly_canonical(path))) {
-    throw_input_error(from, what,
-                      fmt::format("a file in the volume's own folder {} (others are read with --allow-external, "
-                                  "in a configuration allow_external: true)",
-                                  folder_.string()),
-                      fmt::format("'{}'", target));
+    throw_input_error(
+        from, what,
+        fmt::format("a file in the volume's own folder {} (others are read with --allow-external, "
+                    "in a configuration allow_external: true)",
+                    folder_.string()),
+        fmt::format("'{}'", target));
   }
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) {
-    throw_input_error(from, what, fmt::format("the file '{}' beside it", target), std::strerror(errno));
+    throw_input_error(from, what, fmt::format("the file '{}' beside it", target),
+                      std::strerror(errno));
   }
   if (!S_ISREG(status.st_mode)) {
     throw_input_error(from, what, fmt::format("a regular file '{}'", target),
                       S_ISDIR(status.st_mode) ? "a folder" : "a device, pipe or socket");
   }
   if (::access(path.c_str(), R_OK) != 0) {
-    throw_input_error(from, what, fmt::format("a readable file '{}'", target), std::strerror(errno));
+    throw_input_error(from, what, fmt::format("a readable file '{}'", target),
+                      std::strerror(errno));
   }
-  if (std::find(files_.begin(), files_.end(), path.string()) == files_.end()) files_.push_back(path.string());
+  if (std::find(files_.begin(), files_.end(), path.string()) == files_.end())
+    files_.push_back(path.string());
   return path.string();
 }
 
 Hdf5Handle open_hdf5_file(const std::string& path, unsigned flags) {
   require_file(path);
-  if (H5Fis_hdf5(path.c_str()) <= 0) throw_input_error(path, "byte 0", "an HDF5 file", "other content");
+  if (H5Fis_hdf5(path.c_str()) <= 0)
+    throw_input_error(path, "byte 0", "an HDF5 file", "other content");
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access.get(), false, true);
   Hdf5Handle file(H5Fopen(path.c_str(), flags, access.get()), H5Fclose);
@@ -202,23 +213,27 @@ Hdf5Handle open_hdf5_file(const std::string& path, unsigned flags) {
 
 std::string Hdf5Dataset::position() const { return fmt::format("dataset '{}'", name); }
 
-Hdf5Dataset open_hdf5_dataset(Hdf5Bounds& bounds, const std::string& file, const std::string& name) {
+Hdf5Dataset open_hdf5_dataset(Hdf5Bounds& bounds, const std::string& file,
+                              const std::string& name) {
   Walk walk(bounds, file, name);
   const std::string position = fmt::format("dataset '{}'", name);
   if (!walk.arrive()) {
-    throw_input_error(walk.at().file, position, "the name of a dataset", to_string(list_hdf5(walk.at().file_id.get())));
+    throw_input_error(walk.at().file, position, "the name of a dataset",
+                      to_string(list_hdf5(walk.at().file_id.get())));
   }
   Hdf5Dataset found = walk.take();
   H5O_info_t object;
-  const bool known = !found.name.empty() && H5Oget_info_by_name2(found.file_id.get(), found.name.c_str(), &object,
-                                                                H5O_INFO_BASIC, H5P_DEFAULT) >= 0;
+  const bool known =
+      !found.name.empty() && H5Oget_info_by_name2(found.file_id.get(), found.name.c_str(), &object,
+                                                  H5O_INFO_BASIC, H5P_DEFAULT) >= 0;
   if (found.name.empty() || (known && object.type != H5O_TYPE_DATASET)) {
     throw_input_error(found.file, position, "the name of a dataset",
                       "a group or type; there are " + to_string(list_hdf5(found.file_id.get())));
   }
   const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   found.dataset_id = {H5Dopen2(found.file_id.get(), found.name.c_str(), access.get()), H5Dclose};
-  if (!found.dataset_id.valid()) throw_input_error(found.file, position, "a readable dataset", hdf5_reason());
+  if (!found.dataset_id.valid())
+    throw_input_error(found.file, position, "a readable dataset", hdf5_reason());
   return found;
 }
 

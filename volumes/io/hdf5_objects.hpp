@@ -1,7 +1,9 @@
-// What lies in an HDF5 file and where its links lead. To be called in the child process of Hdf5Process alone.
+// What lies in an HDF5 file and where its links lead. To be called in the child process of
+// Hdf5Process alone.
 //
-// The library would follow soft and external links by itself; here each link of a path is looked at first, so
-// that no file outside the volume's own folder is opened without permission, and no pipe or device ever.
+// The library would follow soft and external links by itself; here each link of a path is looked at
+// first, so that no file outside the volume's own folder is opened without permission, and no pipe
+// or device ever.
 #pragma once
 
 #include <filesystem>
@@ -18,9 +20,9 @@ class Hdf5Bounds {
  public:
   Hdf5Bounds(std::string file, bool allow_external);
 
-  /// The path of `target`, a file that `what` in `from` names; relative names start at the folder of `from`.
-  /// Throws InputError if it lies outside the volume's own folder without permission, or is missing or no
-  /// regular file.
+  /// The path of `target`, a file that `what` in `from` names; relative names start at the folder
+  /// of `from`. Throws InputError if it lies outside the volume's own folder without permission, or
+  /// is missing or no regular file.
   std::string admit(const std::string& from, const std::string& what, const std::string& target);
 
   const std::string& file() const { return file_; }
@@ -47,8 +49,8 @@ struct Hdf5Dataset {
   std::string position() const;
 };
 
-/// Follows `name` from the root of `file`. Throws InputError: for a missing dataset with the list of those
-/// there are.
+/// Follows `name` from the root of `file`. Throws InputError: for a missing dataset with the list
+/// of those there are.
 Hdf5Dataset open_hdf5_dataset(Hdf5Bounds& bounds, const std::string& file, const std::string& name);
 
 struct Hdf5Entry {
@@ -61,7 +63,8 @@ struct Hdf5Entry {
 
 struct Hdf5Content {
   std::vector<Hdf5Entry> datasets;  ///< in the order of their names, each object once
-  std::vector<std::string> links;   ///< "'/x' -> 'OTHER.h5:/y'": external links, which are not followed
+  std::vector<std::string>
+      links;  ///< "'/x' -> 'OTHER.h5:/y'": external links, which are not followed
   std::vector<std::string> groups;
 };
 
@@ -81,7 +84,8 @@ struct Hdf5Stored {
   bool operator==(const Hdf5Stored&) const = default;
 };
 
-/// Enumerations (as h5py stores truth values) count as their integers, odd widths as the next wider one.
+/// Enumerations (as h5py stores truth values) count as their integers, odd widths as the next wider
+/// one.
 Hdf5Stored hdf5_stored(hid_t type);
 /// The type in memory.
 hid_t hdf5_memory_type(const Hdf5Stored& stored);

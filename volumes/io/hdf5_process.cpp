@@ -30,7 +30,8 @@ using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kMaximumMessage = std::uint64_t{1} << 30;
-constexpr std::chrono::seconds kWaitAtLeast{120};  ///< for a reply, whatever the child computes: slow disks
+constexpr std::chrono::seconds kWaitAtLeast{
+    120};  ///< for a reply, whatever the child computes: slow disks
 constexpr unsigned kWaitPerCpuSecond = 10;
 
 /// All bytes or false.
@@ -51,7 +52,8 @@ enum class Received { kAll, kEnd, kTimeout };
 Received receive_all(int socket, void* data, std::size_t size, Clock::time_point deadline) {
   char* at = static_cast<char*>(data);
   while (size > 0) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
     if (left <= 0) return Received::kTimeout;
     pollfd ready{socket, POLLIN, 0};
     const int count = ::poll(&ready, 1, static_cast<int>(std::min<long long>(left, INT_MAX)));
@@ -73,10 +75,12 @@ bool send_message(int socket, const Json& message) {
 
 Received receive_message(int socket, Json& message, Clock::time_point deadline) {
   std::uint64_t size = 0;
-  if (const Received got = receive_all(socket, &size, sizeof size, deadline); got != Received::kAll) return got;
+  if (const Received got = receive_all(socket, &size, sizeof size, deadline); got != Received::kAll)
+    return got;
   if (size > kMaximumMessage) return Received::kEnd;
   std::vector<std::uint8_t> bytes(size);
-  if (const Received got = receive_all(socket, bytes.data(), size, deadline); got != Received::kAll) return got;
+  if (const Received got = receive_all(socket, bytes.data(), size, deadline); got != Received::kAll)
+    return got;
   message = Json::from_cbor(bytes, true, false);
   return message.is_object() ? Received::kAll : Received::kEnd;
 }
@@ -92,7 +96,8 @@ void limit_computing(unsigned seconds) {
   ::setrlimit(RLIMIT_CPU, &limit);
 }
 
-/// Descriptors, signals, limits and the library's settings of the child. Returns the socket's new number.
+/// Descriptors, signals, limits and the library's settings of the child. Returns the socket's new
+/// number.
 int settle_in(int socket) {
   constexpr int kSocket = 3;
   const int null = ::open("/dev/null", O_RDWR);
@@ -108,7 +113,8 @@ int settle_in(int socket) {
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
   // Where the library looks for files that a volume names is decided here, not by the environment.
-  for (const char* name : {"HDF5_EXTFILE_PREFIX", "HDF5_EXT_PREFIX", "HDF5_VDS_PREFIX"}) ::unsetenv(name);
+  for (const char* name : {"HDF5_EXTFILE_PREFIX", "HDF5_EXT_PREFIX", "HDF5_VDS_PREFIX"})
+    ::unsetenv(name);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   return kSocket;
 }
@@ -128,7 +134,8 @@ Json answer(const Hdf5Process::Serve& serve, const Json& message, std::span<std:
   }
 }
 
-[[noreturn]] void run_child(int socket, std::span<std::byte> shared, const Hdf5Process::Serve& serve) {
+[[noreturn]] void run_child(int socket, std::span<std::byte> shared,
+                            const Hdf5Process::Serve& serve) {
   const int own = settle_in(socket);
   Json message;
   while (receive_message(own, message, Clock::time_point::max()) == Received::kAll) {
@@ -140,16 +147,18 @@ Json answer(const Hdf5Process::Serve& serve, const Json& message, std::span<std:
 }  // namespace
 
 Hdf5Process::Hdf5Process(std::size_t shared_bytes, Serve serve) {
-  void* memory = ::mmap(nullptr, shared_bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  void* memory =
+      ::mmap(nullptr, shared_bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) {
-    throw Hdf5Failure(fmt::format("no memory of {} bytes to share with the process that uses HDF5: {}",
-                                  shared_bytes, std::strerror(errno)));
+    throw Hdf5Failure(
+        fmt::format("no memory of {} bytes to share with the process that uses HDF5: {}",
+                    shared_bytes, std::strerror(errno)));
   }
   shared_ = {static_cast<std::byte*>(memory), shared_bytes};
   std::array<int, 2> ends{-1, -1};
   {
-    // No other thread uses the library while its state is copied, nor starts a child that would keep the
-    // far end of this socket.
+    // No other thread uses the library while its state is copied, nor starts a child that would
+    // keep the far end of this socket.
     const Hdf5Session session;
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) == 0) child_ = ::fork();
     if (child_ == 0) run_child(ends[1], shared_, serve);
@@ -179,7 +188,8 @@ std::string Hdf5Process::end_of_child() const {
   while ((ended = ::waitpid(child_, &status, 0)) < 0 && errno == EINTR) continue;
   child_ = -1;
   if (ended < 0) return "the process that uses HDF5 ended";
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return "the HDF5 library does not come to an end";
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+    return "the HDF5 library does not come to an end";
   if (WIFSIGNALED(status)) {
     return fmt::format("the HDF5 library crashes ({})", ::strsignal(WTERMSIG(status)));
   }
@@ -188,7 +198,8 @@ std::string Hdf5Process::end_of_child() const {
 
 nlohmann::json Hdf5Process::call(const Json& request, unsigned cpu_seconds) const {
   if (child_ < 0) throw Hdf5Failure("the process that uses HDF5 has ended");
-  const auto deadline = Clock::now() + kWaitAtLeast + std::chrono::seconds(kWaitPerCpuSecond * cpu_seconds);
+  const auto deadline =
+      Clock::now() + kWaitAtLeast + std::chrono::seconds(kWaitPerCpuSecond * cpu_seconds);
   Json reply;
   Received got = Received::kEnd;
   if (send_message(socket_, {{"cpu_seconds", cpu_seconds}, {"request", request}})) {
@@ -200,7 +211,8 @@ nlohmann::json Hdf5Process::call(const Json& request, unsigned cpu_seconds) cons
     throw Hdf5Failure("the HDF5 library gives no answer");
   }
   if (got == Received::kEnd) {
-    ::kill(child_, SIGKILL);  // one that lives nevertheless; a child that is ending keeps its own reason
+    ::kill(child_,
+           SIGKILL);  // one that lives nevertheless; a child that is ending keeps its own reason
     throw Hdf5Failure(end_of_child());
   }
   if (reply.contains("input_error")) throw InputError(reply["input_error"].get<std::string>());

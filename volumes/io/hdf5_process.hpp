@@ -1,11 +1,13 @@
-// HDF5 files are read and written by a child process, never in this one: a damaged file makes libhdf5 1.10
-// read and write outside its memory or loop for ever, and a full disk makes it crash when its handles close.
+// HDF5 files are read and written by a child process, never in this one: a damaged file makes
+// libhdf5 1.10 read and write outside its memory or loop for ever, and a full disk makes it crash
+// when its handles close.
 //
-// The child is a fork of this process that serves one file. Requests and replies are CBOR over a socket,
-// voxels lie in memory that both share. The child closes every other descriptor, so that it keeps no pipe
-// of its parent open; it ignores SIGINT, since its parent decides what an interruption means; it ends when
-// its parent does. Each request may take a bounded time of computing (RLIMIT_CPU, so that a busy machine
-// does not count) and a bounded time in all. What the library does to the child becomes an Hdf5Failure.
+// The child is a fork of this process that serves one file. Requests and replies are CBOR over a
+// socket, voxels lie in memory that both share. The child closes every other descriptor, so that it
+// keeps no pipe of its parent open; it ignores SIGINT, since its parent decides what an
+// interruption means; it ends when its parent does. Each request may take a bounded time of
+// computing (RLIMIT_CPU, so that a busy machine does not count) and a bounded time in all. What the
+// library does to the child becomes an Hdf5Failure.
 #pragma once
 
 #include <sys/types.h>
@@ -27,9 +29,11 @@ class Hdf5Failure : public std::runtime_error {
 
 class Hdf5Process {
  public:
-  /// Answers one request. Runs in the child; `shared` is the memory that both see. It keeps its state from
-  /// one request to the next. An InputError or OutputError that it throws is thrown by call().
-  using Serve = std::function<nlohmann::json(const nlohmann::json& request, std::span<std::byte> shared)>;
+  /// Answers one request. Runs in the child; `shared` is the memory that both see. It keeps its
+  /// state from one request to the next. An InputError or OutputError that it throws is thrown by
+  /// call().
+  using Serve =
+      std::function<nlohmann::json(const nlohmann::json& request, std::span<std::byte> shared)>;
 
   /// Starts the child. Throws Hdf5Failure.
   Hdf5Process(std::size_t shared_bytes, Serve serve);
@@ -40,8 +44,8 @@ class Hdf5Process {
 
   std::span<std::byte> shared() const { return shared_; }
 
-  /// Sends a request and waits for its reply, at most `cpu_seconds` of the child's computing. Throws
-  /// InputError, OutputError or Hdf5Failure; after the last of these every call throws.
+  /// Sends a request and waits for its reply, at most `cpu_seconds` of the child's computing.
+  /// Throws InputError, OutputError or Hdf5Failure; after the last of these every call throws.
   nlohmann::json call(const nlohmann::json& request, unsigned cpu_seconds) const;
 
  private:

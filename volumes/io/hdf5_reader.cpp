@@ -1,13 +1,15 @@
-// HDF5 volumes: one dataset whose axes are at most z, y, x and time (hdf5_axes.hpp), which is given x fastest.
+// HDF5 volumes: one dataset whose axes are at most z, y, x and time (hdf5_axes.hpp), which is given
+// x fastest.
 //
-// Sources: the HDF5 1.10 reference manual. What is read besides the voxels stands in hdf5_attributes.hpp. The
-// kind follows from the caller's hint, else the attribute, else a dataset called `labels` or `scalars`, else the
-// type. Labels may be stored as signed integers and as whole numbers in floating point; each is checked.
+// Sources: the HDF5 1.10 reference manual. What is read besides the voxels stands in
+// hdf5_attributes.hpp. The kind follows from the caller's hint, else the attribute, else a dataset
+// called `labels` or `scalars`, else the type. Labels may be stored as signed integers and as whole
+// numbers in floating point; each is checked.
 //
-// A child process calls the library (hdf5_process.hpp): it opens the dataset, says what it found as plain
-// values, and then reads boxes as hyperslabs into shared memory, at most kShared bytes at a time. Its chunk
-// cache holds one layer of chunks in z, so that slabs thinner than a chunk do not inflate each chunk again and
-// again.
+// A child process calls the library (hdf5_process.hpp): it opens the dataset, says what it found as
+// plain values, and then reads boxes as hyperslabs into shared memory, at most kShared bytes at a
+// time. Its chunk cache holds one layer of chunks in z, so that slabs thinner than a chunk do not
+// inflate each chunk again and again.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +48,8 @@ class DatasetServer {
       return nullptr;
     }
     if (!request.contains("start")) return open();
-    read(request["start"].get<std::vector<hsize_t>>(), request["count"].get<std::vector<hsize_t>>(), shared);
+    read(request["start"].get<std::vector<hsize_t>>(), request["count"].get<std::vector<hsize_t>>(),
+         shared);
     return nullptr;
   }
 
@@ -58,8 +61,8 @@ class DatasetServer {
     stored_ = hdf5_stored(type.get());
     bits_ = H5Tget_class(type.get()) == H5T_BITFIELD;
     if (stored_.width == 0) {
-      throw_input_error(bounds_.file(), dataset_.position(), "voxels that are integers or floating point numbers",
-                        stored_.name);
+      throw_input_error(bounds_.file(), dataset_.position(),
+                        "voxels that are integers or floating point numbers", stored_.name);
     }
     check_hdf5_storage(bounds_, dataset_);
     const Hdf5Handle root(H5Oopen(dataset_.file_id.get(), "/", H5P_DEFAULT), H5Oclose);
@@ -79,21 +82,27 @@ class DatasetServer {
     const auto is_volume = [](const Hdf5Entry& entry) { return entry.voxels; };
     const auto first = std::find_if(content.datasets.begin(), content.datasets.end(), is_volume);
     if (std::count_if(content.datasets.begin(), content.datasets.end(), is_volume) != 1) {
-      throw_input_error(bounds_.file(), "", "exactly one volume, or its name as FILE:/DATASET", to_string(content));
+      throw_input_error(bounds_.file(), "", "exactly one volume, or its name as FILE:/DATASET",
+                        to_string(content));
     }
     return first->name;
   }
 
-  void read(const std::vector<hsize_t>& start, const std::vector<hsize_t>& count, std::span<std::byte> shared) const {
+  void read(const std::vector<hsize_t>& start, const std::vector<hsize_t>& count,
+            std::span<std::byte> shared) const {
     const Hdf5Handle from(H5Dget_space(dataset_.dataset_id.get()), H5Sclose);
-    const Hdf5Handle to(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
-    const bool fits = static_cast<std::size_t>(H5Sget_simple_extent_npoints(to.get())) <= shared.size() / stored_.width;
+    const Hdf5Handle to(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr),
+                        H5Sclose);
+    const bool fits = static_cast<std::size_t>(H5Sget_simple_extent_npoints(to.get())) <=
+                      shared.size() / stored_.width;
     const hid_t type = bits_ ? H5T_NATIVE_B8 : hdf5_memory_type(stored_);
-    const bool done =
-        fits &&
-        H5Sselect_hyperslab(from.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0 &&
-        H5Dread(dataset_.dataset_id.get(), type, to.get(), from.get(), H5P_DEFAULT, shared.data()) >= 0;
-    if (!done) throw_input_error(bounds_.file(), dataset_.position(), "readable voxels", hdf5_reason());
+    const bool done = fits &&
+                      H5Sselect_hyperslab(from.get(), H5S_SELECT_SET, start.data(), nullptr,
+                                          count.data(), nullptr) >= 0 &&
+                      H5Dread(dataset_.dataset_id.get(), type, to.get(), from.get(), H5P_DEFAULT,
+                              shared.data()) >= 0;
+    if (!done)
+      throw_input_error(bounds_.file(), dataset_.position(), "readable voxels", hdf5_reason());
   }
 
   std::string dataset_name_;
@@ -105,8 +114,8 @@ class DatasetServer {
 
 Hdf5Process::Serve server(const VolumePath& path, bool allow_external) {
   // Made in the child, by the first request.
-  return [path, allow_external, made = std::shared_ptr<DatasetServer>()](const Json& request,
-                                                                         std::span<std::byte> shared) mutable {
+  return [path, allow_external, made = std::shared_ptr<DatasetServer>()](
+             const Json& request, std::span<std::byte> shared) mutable {
     if (!made) made = std::make_shared<DatasetServer>(path, allow_external);
     return made->serve(request, shared);
   };
@@ -146,8 +155,10 @@ class Hdf5Source final : public VolumeSource {
   void read(const Box& box, std::byte* out) const override {
     const std::uint64_t depth = info_.step_extent().z;
     for (std::uint64_t z = box.origin.z; z < box.origin.z + box.size.z;) {
-      const std::uint64_t step = z / depth, end = std::min((step + 1) * depth, box.origin.z + box.size.z);
-      read_step(step, {{box.origin.x, box.origin.y, z}, {box.size.x, box.size.y, end - z}}, box, out);
+      const std::uint64_t step = z / depth,
+                          end = std::min((step + 1) * depth, box.origin.z + box.size.z);
+      read_step(step, {{box.origin.x, box.origin.y, z}, {box.size.x, box.size.y, end - z}}, box,
+                out);
       z = end;
     }
   }
@@ -157,31 +168,35 @@ class Hdf5Source final : public VolumeSource {
     try {
       return process_->call(request, seconds);
     } catch (const Hdf5Failure& failure) {
-      throw_input_error(file_, position_, "HDF5 that its library can read (h5dump and h5debug show where it ends)",
+      throw_input_error(file_, position_,
+                        "HDF5 that its library can read (h5dump and h5debug show where it ends)",
                         fmt::format("damage: {}", failure.what()));
     }
   }
 
-  void settle_type(const Json& found, std::optional<VolumeKind> hint, std::optional<VolumeKind> stated) {
-    conversion_ = {found.at("is_float").get<bool>(), found.at("is_signed").get<bool>(), found.at("width").get<unsigned>(),
-                   VoxelType::kF32};
+  void settle_type(const Json& found, std::optional<VolumeKind> hint,
+                   std::optional<VolumeKind> stated) {
+    conversion_ = {found.at("is_float").get<bool>(), found.at("is_signed").get<bool>(),
+                   found.at("width").get<unsigned>(), VoxelType::kF32};
     const std::optional<VolumeKind> kind = hint ? hint : stated;
     if (conversion_.is_float && kind == VolumeKind::kLabels) {
       conversion_.type = conversion_.width == 4 ? VoxelType::kU32 : VoxelType::kU64;
       info_.kind = VolumeKind::kLabels;
     } else if (conversion_.is_float && conversion_.width == 8) {
       throw_input_error(file_, position_,
-                        "scalars of type u8, u16, i16 or f32 (h5py: f['x32'] = f['x'][...].astype('float32')), or "
+                        "scalars of type u8, u16, i16 or f32 (h5py: f['x32'] = "
+                        "f['x'][...].astype('float32')), or "
                         "--kind labels where these are whole numbers that name segments",
                         found.at("type").get<std::string>());
     } else if (conversion_.is_float) {
       info_.kind = VolumeKind::kScalars;
     } else {
-      constexpr std::array kUnsigned{VoxelType::kU8, VoxelType::kU16, VoxelType::kU32, VoxelType::kU64};
+      constexpr std::array kUnsigned{VoxelType::kU8, VoxelType::kU16, VoxelType::kU32,
+                                     VoxelType::kU64};
       const auto at = static_cast<std::size_t>(std::countr_zero(conversion_.width));
       const bool i16 = conversion_.is_signed && at == 1;
-      const Interpretation meaning =
-          interpret(file_, {i16 ? VoxelType::kI16 : kUnsigned[at], conversion_.is_signed}, hint, stated);
+      const Interpretation meaning = interpret(
+          file_, {i16 ? VoxelType::kI16 : kUnsigned[at], conversion_.is_signed}, hint, stated);
       conversion_.type = meaning.type;
       info_.kind = meaning.kind;
     }
@@ -194,19 +209,23 @@ class Hdf5Source final : public VolumeSource {
       throw_input_error(file_, position_, "a series of at least one step", "an empty one");
     }
     const Steps steps = check_steps(path, position_, stored);
-    info_.extent = check_extent(file_, position_, {order_.length(0, size_), order_.length(1, size_), order_.length(2, size_)},
-                                steps.count, info_.type);
+    info_.extent =
+        check_extent(file_, position_,
+                     {order_.length(0, size_), order_.length(1, size_), order_.length(2, size_)},
+                     steps.count, info_.type);
     info_.time_steps = steps.count;
     first_step_ = steps.first;
   }
 
-  /// Voxels of one time step, in parts that fit into the shared memory: as long as they can be along the file's fast axes.
+  /// Voxels of one time step, in parts that fit into the shared memory: as long as they can be
+  /// along the file's fast axes.
   void read_step(std::uint64_t step, const Box& box, const Box& whole, std::byte* out) const {
     std::array<std::size_t, 3> slowest_first{2, 1, 0};
     std::stable_sort(slowest_first.begin(), slowest_first.end(),
                      [&](std::size_t a, std::size_t b) { return order_.axis[a] < order_.axis[b]; });
     const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y, box.origin.z};
-    const std::array<std::uint64_t, 3> end{origin[0] + box.size.x, origin[1] + box.size.y, origin[2] + box.size.z};
+    const std::array<std::uint64_t, 3> end{origin[0] + box.size.x, origin[1] + box.size.y,
+                                           origin[2] + box.size.z};
     std::array<std::uint64_t, 3> part{box.size.x, box.size.y, box.size.z};
     for (const std::size_t axis : slowest_first) {
       const std::uint64_t rest = part[0] * part[1] * part[2] / part[axis] * conversion_.width;
@@ -215,7 +234,8 @@ class Hdf5Source final : public VolumeSource {
     for (std::uint64_t z = origin[2]; z < end[2]; z += part[2]) {
       for (std::uint64_t y = origin[1]; y < end[1]; y += part[1]) {
         for (std::uint64_t x = origin[0]; x < end[0]; x += part[0]) {
-          const Extent size{std::min(part[0], end[0] - x), std::min(part[1], end[1] - y), std::min(part[2], end[2] - z)};
+          const Extent size{std::min(part[0], end[0] - x), std::min(part[1], end[1] - y),
+                            std::min(part[2], end[2] - z)};
           read_part(step, {{x, y, z}, size}, whole, out);
         }
       }
@@ -225,7 +245,8 @@ class Hdf5Source final : public VolumeSource {
   void read_part(std::uint64_t step, const Box& box, const Box& whole, std::byte* out) const {
     Sizes start(size_.size(), 0), count(size_.size(), 1);
     if (order_.time >= 0) start[static_cast<std::size_t>(order_.time)] = first_step_ + step;
-    const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y, box.origin.z % info_.step_extent().z};
+    const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y,
+                                              box.origin.z % info_.step_extent().z};
     const std::array<std::uint64_t, 3> extent{box.size.x, box.size.y, box.size.z};
     for (std::size_t i = 0; i < 3; ++i) {
       if (order_.axis[i] < 0) continue;
@@ -235,8 +256,8 @@ class Hdf5Source final : public VolumeSource {
     call({{"start", start}, {"count", count}}, kReadSeconds);
     Hdf5Part part{process_->shared().data(), {1, 1, 1}, box};
     for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t after = static_cast<std::size_t>(order_.axis[i] + 1); order_.axis[i] >= 0 && after < count.size();
-           ++after) {
+      for (std::size_t after = static_cast<std::size_t>(order_.axis[i] + 1);
+           order_.axis[i] >= 0 && after < count.size(); ++after) {
         part.strides[i] *= count[after];
       }
     }

@@ -35,7 +35,8 @@ std::string hdf5_type_name(hid_t type) {
       return bits == 64 ? "f64 (float64)" : fmt::format("f{}", bits);
     case H5T_ENUM: {
       const Hdf5Handle base(H5Tget_super(type), H5Tclose);
-      return fmt::format("an enumeration of {} ({})", hdf5_type_name(base.get()), member_names(type));
+      return fmt::format("an enumeration of {} ({})", hdf5_type_name(base.get()),
+                         member_names(type));
     }
     case H5T_STRING:
       return "text";

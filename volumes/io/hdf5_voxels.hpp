@@ -24,9 +24,11 @@ struct Hdf5Part {
   Box box;                               ///< its place in the volume
 };
 
-/// Writes a part to its place in `out`, which holds the voxels of `whole`, x fastest. Throws InputError for a negative
-/// label, and for one that is no whole number or too large to be exact in its stored type, with its voxel.
-void place_hdf5_part(const std::string& file, const std::string& position, const Hdf5Conversion& conversion,
-                     const Hdf5Part& part, const Box& whole, std::byte* out);
+/// Writes a part to its place in `out`, which holds the voxels of `whole`, x fastest. Throws
+/// InputError for a negative label, and for one that is no whole number or too large to be exact in
+/// its stored type, with its voxel.
+void place_hdf5_part(const std::string& file, const std::string& position,
+                     const Hdf5Conversion& conversion, const Hdf5Part& part, const Box& whole,
+                     std::byte* out);
 
 }  // namespace cvr::volumes

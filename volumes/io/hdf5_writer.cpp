@@ -1,14 +1,16 @@
-// HDF5 volumes as this project writes them: one dataset `/labels` or `/scalars` (or the name given), axes z y
-// x (series: t z y x), chunks of at most 64 a side and one step, gzip level 4 without shuffle, the attributes that
-// hdf5_attributes.hpp names, texts of fixed length, and no time stamps, so that equal volumes give equal files.
+// HDF5 volumes as this project writes them: one dataset `/labels` or `/scalars` (or the name
+// given), axes z y x (series: t z y x), chunks of at most 64 a side and one step, gzip level 4
+// without shuffle, the attributes that hdf5_attributes.hpp names, texts of fixed length, and no
+// time stamps, so that equal volumes give equal files.
 //
-// A named dataset of a file that exists is added to a copy of the file, or replaced in it, and the copy takes the
-// file's place when it is complete. A file that exists and no name: only a file with nothing but the volume is
-// replaced.
+// A named dataset of a file that exists is added to a copy of the file, or replaced in it, and the
+// copy takes the file's place when it is complete. A file that exists and no name: only a file with
+// nothing but the volume is replaced.
 //
-// A child process calls the library (hdf5_process.hpp). After a failed write libhdf5 1.10 crashes when its
-// handles close, at the latest when the process ends; the child is killed before that. Voxels are drawn in boxes
-// of at most kRow chunks along x, never a whole layer, into the memory that both share.
+// A child process calls the library (hdf5_process.hpp). After a failed write libhdf5 1.10 crashes
+// when its handles close, at the latest when the process ends; the child is killed before that.
+// Voxels are drawn in boxes of at most kRow chunks along x, never a whole layer, into the memory
+// that both share.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -52,7 +54,8 @@ class DatasetWriter {
 
   Json serve(const Json& request, std::span<std::byte> shared) {
     if (request.contains("start")) {
-      write_box(request["start"].get<std::vector<hsize_t>>(), request["count"].get<std::vector<hsize_t>>(), shared);
+      write_box(request["start"].get<std::vector<hsize_t>>(),
+                request["count"].get<std::vector<hsize_t>>(), shared);
     } else if (request.contains("finish")) {
       finish();
     } else {
@@ -99,8 +102,8 @@ class DatasetWriter {
     check(H5Pset_chunk(layout.get(), rank, chunk.data()));
     check(H5Pset_deflate(layout.get(), kGzipLevel));
     check(H5Pset_obj_track_times(layout.get(), false));
-    dataset_ = H5Dcreate2(file_, plan_.dataset.c_str(), file_type(plan_.info.type), space.get(), links.get(),
-                          layout.get(), H5P_DEFAULT);
+    dataset_ = H5Dcreate2(file_, plan_.dataset.c_str(), file_type(plan_.info.type), space.get(),
+                          links.get(), layout.get(), H5P_DEFAULT);
     check(dataset_);
   }
 
@@ -144,9 +147,12 @@ class DatasetWriter {
   void write_box(const std::vector<hsize_t>& start, const std::vector<hsize_t>& count,
                  std::span<const std::byte> voxels) const {
     const Hdf5Handle to(H5Dget_space(dataset_), H5Sclose);
-    const Hdf5Handle from(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
-    check(H5Sselect_hyperslab(to.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
-    check(H5Dwrite(dataset_, file_type(plan_.info.type), from.get(), to.get(), H5P_DEFAULT, voxels.data()));
+    const Hdf5Handle from(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr),
+                          H5Sclose);
+    check(H5Sselect_hyperslab(to.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
+                              nullptr));
+    check(H5Dwrite(dataset_, file_type(plan_.info.type), from.get(), to.get(), H5P_DEFAULT,
+                   voxels.data()));
   }
 
   void finish() {
@@ -160,7 +166,8 @@ class DatasetWriter {
 };
 
 Hdf5Process::Serve writer(const Hdf5Plan& plan) {
-  return [made = std::make_shared<DatasetWriter>(plan)](const Json& request, std::span<std::byte> shared) {
+  return [made = std::make_shared<DatasetWriter>(plan)](const Json& request,
+                                                        std::span<std::byte> shared) {
     return made->serve(request, shared);
   };
 }
@@ -195,14 +202,16 @@ void write_voxels(const Hdf5Process& process, const VolumeSource& source) {
 
 void copy_existing(const std::string& path, const std::string& partial) {
   std::error_code error;
-  std::filesystem::copy_file(path, partial, std::filesystem::copy_options::overwrite_existing, error);
+  std::filesystem::copy_file(path, partial, std::filesystem::copy_options::overwrite_existing,
+                             error);
   if (error) throw_output_error(path, error.message());
 }
 
 }  // namespace
 
 void write_hdf5(const VolumePath& path, const VolumeSource& source) {
-  std::string dataset = path.dataset.empty() ? std::string(name_of(source.info().kind)) : path.dataset;
+  std::string dataset =
+      path.dataset.empty() ? std::string(name_of(source.info().kind)) : path.dataset;
   if (!dataset.starts_with('/')) dataset = fmt::format("/{}", dataset);
   const bool into_existing = keeps_existing_hdf5(path.file, path.dataset, dataset);
   OutputFile output(path.file);
@@ -210,8 +219,8 @@ void write_hdf5(const VolumePath& path, const VolumeSource& source) {
   if (into_existing) copy_existing(path.file, output.partial_path());
   try {
     const Hdf5Process process(box_bytes(source.info()),
-                              writer({path.file, output.partial_path(), dataset, into_existing, source.info(),
-                                      source.provenance()}));
+                              writer({path.file, output.partial_path(), dataset, into_existing,
+                                      source.info(), source.provenance()}));
     process.call(Json::object(), kWriteSeconds);
     write_voxels(process, source);
     process.call({{"finish", true}}, kWriteSeconds);

@@ -1,4 +1,5 @@
-// The table of formats, and how a name picks its line. A new format is one line here and one file beside it.
+// The table of formats, and how a name picks its line. A new format is one line here and one file
+// beside it.
 #include "volumes/io/io.hpp"
 
 #include <fmt/format.h>
@@ -40,7 +41,8 @@ constexpr std::array kFormats{
     Format{"NIfTI", {".nii", ".nii.gz"}, false, true, open_nifti, write_nifti, "", ""},
     Format{"raw", {".raw", ""}, false, true, open_raw, write_raw, ".raw", ".yaml"},
 };
-constexpr Format kPrecomputed{"precomputed", {}, false, false, open_precomputed, write_precomputed, "", ""};
+constexpr Format kPrecomputed{"precomputed",     {}, false, false, open_precomputed,
+                              write_precomputed, "", ""};
 
 struct Chosen {
   const Format* format = nullptr;  ///< null: not the name of a volume
@@ -77,7 +79,8 @@ Chosen choose_file(const std::string& path) {
   return {};
 }
 
-/// A file inside a folder called X.precomputed is a file; a precomputed folder called X.raw is a folder.
+/// A file inside a folder called X.precomputed is a file; a precomputed folder called X.raw is a
+/// folder.
 Chosen choose(const std::string& path) {
   const Chosen file = choose_file(path);
   std::error_code ignored;
@@ -91,13 +94,19 @@ std::string describe_name(const std::string& path) {
   const auto status = std::filesystem::status(path, ignored);
   if (path.empty()) return "an empty name";
   if (std::filesystem::is_directory(status)) {
-    return fmt::format("a folder without a file info ('{0}/' writes a precomputed volume to it, '{0}/NAME.h5' a file in it)", path);
+    return fmt::format(
+        "a folder without a file info ('{0}/' writes a precomputed volume to it, '{0}/NAME.h5' a "
+        "file in it)",
+        path);
   }
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return "a device, pipe or socket";
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return "a device, pipe or socket";
   if (path.ends_with(']') && path.find('[') != std::string::npos)
-    return fmt::format("'{}' (steps are written [T] or [A:B] with numbers from 0)", path.substr(path.rfind('[')));
+    return fmt::format("'{}' (steps are written [T] or [A:B] with numbers from 0)",
+                       path.substr(path.rfind('[')));
   for (const std::string_view pair : {".hdr", ".img", ".hdr.gz", ".img.gz"}) {
-    if (has_ending(path, pair)) return fmt::format("'{}', one of a NIfTI or Analyze pair: convert it to one .nii file", pair);
+    if (has_ending(path, pair))
+      return fmt::format("'{}', one of a NIfTI or Analyze pair: convert it to one .nii file", pair);
   }
   const std::string ending = std::filesystem::path(path).extension().string();
   return ending.empty() ? "a name without an ending" : fmt::format("the ending '{}'", ending);
@@ -107,18 +116,22 @@ Chosen choose_or_throw(const std::string& path) {
   Chosen chosen = choose(path);
   if (chosen.format == nullptr) {
     throw_input_error(
-        path, "", "a name ending in .h5, .hdf5, .nrrd, .nhdr, .nii, .nii.gz, .raw, or a precomputed folder",
+        path, "",
+        "a name ending in .h5, .hdf5, .nrrd, .nhdr, .nii, .nii.gz, .raw, or a precomputed folder",
         describe_name(path));
   }
   return chosen;
 }
 
-/// The same for a volume to be written: an existing folder becomes a precomputed one only when its name says so.
+/// The same for a volume to be written: an existing folder becomes a precomputed one only when its
+/// name says so.
 Chosen choose_output(const std::string& path) {
   std::error_code ignored;
   if (choose(path).format == nullptr && std::filesystem::is_directory(path, ignored)) {
-    throw_input_error(path, "", "the name of a file, or of a precomputed folder with a slash at its end",
-                      fmt::format("a folder; type {}/ for a precomputed one, or {}/NAME.h5 for a file in it", path, path));
+    throw_input_error(
+        path, "", "the name of a file, or of a precomputed folder with a slash at its end",
+        fmt::format("a folder; type {}/ for a precomputed one, or {}/NAME.h5 for a file in it",
+                    path, path));
   }
   return choose_or_throw(path);
 }
@@ -143,12 +156,14 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const OpenOpt
 void write_volume(const std::string& path, const VolumeSource& source) {
   const Chosen chosen = choose_output(path);
   check_volume_output(path, source.files());
-  if (chosen.path.steps) throw_input_error(path, "", "a name without steps: a series is written whole", "[...]");
+  if (chosen.path.steps)
+    throw_input_error(path, "", "a name without steps: a series is written whole", "[...]");
   const VolumeInfo& info = source.info();
   check_extent(path, "", {info.extent.x, info.extent.y, info.extent.z}, info.type);
   if (info.time_steps > 1 && !chosen.format->has_steps) {
-    throw_input_error(path, "", fmt::format("a single volume, since {} has no time axis", chosen.format->name),
-                      fmt::format("a series of {} steps", info.time_steps));
+    throw_input_error(
+        path, "", fmt::format("a single volume, since {} has no time axis", chosen.format->name),
+        fmt::format("a series of {} steps", info.time_steps));
   }
   try {
     chosen.format->write(chosen.path, source);
@@ -172,7 +187,8 @@ void check_volume_output(const std::string& path, const std::vector<std::string>
   const Chosen chosen = choose(path);
   std::vector<std::string> kept = inputs;
   if (!chosen.path.dataset.empty()) {
-    // The rest of the file stays as it is, so it may hold the input: it is copied, changed there, and renamed.
+    // The rest of the file stays as it is, so it may hold the input: it is copied, changed there,
+    // and renamed.
     std::erase_if(kept, [&](const std::string& input) {
       std::error_code ignored;
       return std::filesystem::equivalent(input, chosen.path.file, ignored);
@@ -183,8 +199,8 @@ void check_volume_output(const std::string& path, const std::vector<std::string>
   for (const std::string& output : outputs) {
     std::error_code ignored;
     if (outputs.size() > 1 && std::filesystem::is_symlink(output, ignored)) {
-      throw_output_error(output,
-                         "it is a symbolic link, and its header lies beside the file itself: name that");
+      throw_output_error(
+          output, "it is a symbolic link, and its header lies beside the file itself: name that");
     }
     check_output(output);
   }

@@ -29,12 +29,11 @@ std::string named_file(const std::string& file, std::string_view position, std::
   const fs::path linked = fs::weakly_canonical(fs::absolute(file).parent_path());
   const fs::path own = fs::weakly_canonical(fs::absolute(file)).parent_path();
   if (lies_below(real, linked) || lies_below(real, own)) return target.string();
-  throw_input_error(
-      file, position,
-      fmt::format(
-          "a file in the volume's own folder {} (or --allow-external, allow_external in a configuration)",
-          linked.string()),
-      fmt::format("'{}', which is {}", name, real.string()));
+  throw_input_error(file, position,
+                    fmt::format("a file in the volume's own folder {} (or --allow-external, "
+                                "allow_external in a configuration)",
+                                linked.string()),
+                    fmt::format("'{}', which is {}", name, real.string()));
 }
 
 }  // namespace cvr::volumes

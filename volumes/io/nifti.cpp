@@ -1,20 +1,21 @@
-// NIfTI-1 in one file (.nii) or gzipped (.nii.gz): header struct from nifti1.h, its semantics from the
-// comments there.
+// NIfTI-1 in one file (.nii) or gzipped (.nii.gz): header struct from nifti1.h, its semantics from
+// the comments there.
 //
-// A header of 348 bytes, 4 bytes of extension flag, extensions, voxels from vox_offset with x fastest to the end of the
-// file. The byte order is the one in which sizeof_hdr is 348. 3D, or 4D: a series; axes beyond must have length 1.
+// A header of 348 bytes, 4 bytes of extension flag, extensions, voxels from vox_offset with x
+// fastest to the end of the file. The byte order is the one in which sizeof_hdr is 348. 3D, or 4D:
+// a series; axes beyond must have length 1.
 //
-// Decisions: values must be stored as they are (scl_slope 0 or NaN, which the format and its users take for "not scaled",
-// or slope 1 and intercept 0), others are refused rather than rounded. The kind follows from the hint, the intent
-// code 1002 (label), the intent name `labels` or `scalars` (written by us), else from the type, where u8 without the label
-// intent is a grey value. The voxel size is |pixdim| (0: unknown, read as 1), widened through its shortest decimal, so
-// that 0.1f becomes 0.1.
-// NIfTI has no nanometre: it is written in micrometres.
+// Decisions: values must be stored as they are (scl_slope 0 or NaN, which the format and its users
+// take for "not scaled", or slope 1 and intercept 0), others are refused rather than rounded. The
+// kind follows from the hint, the intent code 1002 (label), the intent name `labels` or `scalars`
+// (written by us), else from the type, where u8 without the label intent is a grey value. The voxel
+// size is |pixdim| (0: unknown, read as 1), widened through its shortest decimal, so that 0.1f
+// becomes 0.1. NIfTI has no nanometre: it is written in micrometres.
 //
-// Offset: of sform (sform_code > 0), else of qform (qform_code > 0), else none. Where the transform runs along the axes of
-// the space, the offset of an axis is the first voxel's coordinate on the axis of space that it runs along; oblique
-// transforms take x, y, z as they come. That an axis runs backwards or obliquely is not kept. Written, where
-// there is an offset, as both forms with code 1.
+// Offset: of sform (sform_code > 0), else of qform (qform_code > 0), else none. Where the transform
+// runs along the axes of the space, the offset of an axis is the first voxel's coordinate on the
+// axis of space that it runs along; oblique transforms take x, y, z as they come. That an axis runs
+// backwards or obliquely is not kept. Written, where there is an offset, as both forms with code 1.
 #include <fmt/format.h>
 #include <nifti/nifti1.h>
 
@@ -61,7 +62,8 @@ constexpr std::array kTypeNames{
 /// "float64 (NIfTI code 64)".
 std::string type_name(short code) {
   const auto found = std::ranges::find(kTypeNames, int{code}, &TypeName::code);
-  return fmt::format("{} (NIfTI code {})", found == kTypeNames.end() ? "an unknown type" : found->name, code);
+  return fmt::format("{} (NIfTI code {})",
+                     found == kTypeNames.end() ? "an unknown type" : found->name, code);
 }
 
 template <class T>
@@ -105,12 +107,13 @@ Header read_header(const std::string& file, std::span<const std::byte> bytes) {
   int swapped = fields.sizeof_hdr;
   swap_field(swapped);
   if (fields.sizeof_hdr == kSecondVersion || swapped == kSecondVersion) {
-    throw_input_error(
-        file, "byte 0", "a NIfTI-1 header (sizeof_hdr 348)",
-        "NIfTI-2 (sizeof_hdr 540), which is not read: convert it to NIfTI-1, for instance with nifti_tool");
+    throw_input_error(file, "byte 0", "a NIfTI-1 header (sizeof_hdr 348)",
+                      "NIfTI-2 (sizeof_hdr 540), which is not read: convert it to NIfTI-1, for "
+                      "instance with nifti_tool");
   }
   if (fields.sizeof_hdr != kSize && swapped != kSize) {
-    throw_input_error(file, "byte 0", "a NIfTI-1 header, which begins with its size 348 in either byte order",
+    throw_input_error(file, "byte 0",
+                      "a NIfTI-1 header, which begins with its size 348 in either byte order",
                       describe_content(bytes));
   }
   header.big_endian = fields.sizeof_hdr != kSize;
@@ -118,21 +121,23 @@ Header read_header(const std::string& file, std::span<const std::byte> bytes) {
   const std::string_view magic(fields.magic, sizeof fields.magic);
   if (magic != kMagic) {
     const bool pair = magic == std::string_view("ni1\0", 4);
-    throw_input_error(file, "byte 344", "the magic n+1 of a single NIfTI-1 file",
-                      pair ? "ni1, the header of a pair of files (.hdr, .img): convert it to one .nii file"
-                           : "another magic, as in Analyze 7.5 or a damaged header");
+    throw_input_error(
+        file, "byte 344", "the magic n+1 of a single NIfTI-1 file",
+        pair ? "ni1, the header of a pair of files (.hdr, .img): convert it to one .nii file"
+             : "another magic, as in Analyze 7.5 or a damaged header");
   }
   if (fields.dim[0] < 1 || fields.dim[0] > kMaximumRank) {
-    throw_input_error(
-        file, "dim[0] (byte 40)", "1 to 7 axes",
-        fmt::format("dim[0] {} in a {}-endian header", fields.dim[0], header.big_endian ? "big" : "little"));
+    throw_input_error(file, "dim[0] (byte 40)", "1 to 7 axes",
+                      fmt::format("dim[0] {} in a {}-endian header", fields.dim[0],
+                                  header.big_endian ? "big" : "little"));
   }
   return header;
 }
 
 StoredType stored_type(const std::string& file, const nifti_1_header& fields) {
-  const auto found = std::find_if(kTypeCodes.begin(), kTypeCodes.end(),
-                                  [&](const TypeCode& entry) { return entry.code == fields.datatype; });
+  const auto found = std::find_if(kTypeCodes.begin(), kTypeCodes.end(), [&](const TypeCode& entry) {
+    return entry.code == fields.datatype;
+  });
   if (found == kTypeCodes.end()) {
     throw_input_error(file, "datatype (byte 70)", "one integer, float32 or float64 per voxel",
                       type_name(fields.datatype));
@@ -148,7 +153,8 @@ StoredType stored_type(const std::string& file, const nifti_1_header& fields) {
 
 std::optional<VolumeKind> stated_kind(const nifti_1_header& fields, StoredType type) {
   if (fields.intent_code == NIFTI_INTENT_LABEL) return VolumeKind::kLabels;
-  const std::string_view name(fields.intent_name, ::strnlen(fields.intent_name, sizeof fields.intent_name));
+  const std::string_view name(fields.intent_name,
+                              ::strnlen(fields.intent_name, sizeof fields.intent_name));
   if (const auto kind = volume_kind_from_name(name)) return kind;
   if (type.type == VoxelType::kU8 && !type.is_signed) return VolumeKind::kScalars;
   return std::nullopt;
@@ -160,8 +166,8 @@ std::vector<std::uint64_t> dimensions(const std::string& file, const nifti_1_hea
   for (int axis = 1; axis <= fields.dim[0]; ++axis) {
     const short n = fields.dim[axis];
     if (n < 1) {
-      throw_input_error(file, fmt::format("dim[{}] (byte {})", axis, 40 + 2 * axis), "a size of at least 1",
-                        fmt::format("{}", n));
+      throw_input_error(file, fmt::format("dim[{}] (byte {})", axis, 40 + 2 * axis),
+                        "a size of at least 1", fmt::format("{}", n));
     }
     sizes.push_back(static_cast<std::uint64_t>(n));
   }
@@ -172,10 +178,11 @@ std::vector<std::uint64_t> dimensions(const std::string& file, const nifti_1_hea
 std::string letters(const std::string& file, const std::vector<std::uint64_t>& sizes) {
   for (std::size_t axis = 4; axis < sizes.size(); ++axis) {
     if (sizes[axis] == 1) continue;
-    throw_input_error(file, fmt::format("dim[{}] (byte {})", axis + 1, 42 + 2 * axis),
-                      "a size of 1, since a volume has one value per voxel (a series along this axis: name "
-                      "it with --axes, such as xyzct)",
-                      fmt::format("{}", sizes[axis]));
+    throw_input_error(
+        file, fmt::format("dim[{}] (byte {})", axis + 1, 42 + 2 * axis),
+        "a size of 1, since a volume has one value per voxel (a series along this axis: name "
+        "it with --axes, such as xyzct)",
+        fmt::format("{}", sizes[axis]));
   }
   return std::string("xyzt---").substr(0, sizes.size());
 }
@@ -193,11 +200,12 @@ std::uint64_t voxel_offset(const std::string& file, const nifti_1_header& fields
 void check_scaling(const std::string& file, const nifti_1_header& fields) {
   const float slope = fields.scl_slope, intercept = fields.scl_inter;
   if (std::isnan(slope) || slope == 0 || (slope == 1 && intercept == 0)) return;
-  throw_input_error(file, "scl_slope, scl_inter (bytes 112, 116)",
-                    "values stored as they are (slope 0, NaN, or 1 with intercept 0; to keep the stored "
-                    "values set scl_slope to 0, "
-                    "else write the scaled ones as float32)",
-                    fmt::format("slope {}, intercept {}", slope, intercept));
+  throw_input_error(
+      file, "scl_slope, scl_inter (bytes 112, 116)",
+      "values stored as they are (slope 0, NaN, or 1 with intercept 0; to keep the stored "
+      "values set scl_slope to 0, "
+      "else write the scaled ones as float32)",
+      fmt::format("slope {}, intercept {}", slope, intercept));
 }
 
 /// Extensions lie between header and voxels, each with its size (a multiple of 16) in front.
@@ -210,10 +218,11 @@ void check_extensions(const std::string& file, std::span<const std::byte> start,
     if (big_endian) swap_field(size);
     if (size == 0) return;  // what is left is padding
     if (size < kSmallest || size > start.size() - at) {
-      throw_input_error(file, fmt::format("byte {}", at),
-                        fmt::format("an extension of 16 to {} bytes before the voxels at vox_offset {}",
-                                    start.size() - at, start.size()),
-                        fmt::format("one of {} bytes", size));
+      throw_input_error(
+          file, fmt::format("byte {}", at),
+          fmt::format("an extension of 16 to {} bytes before the voxels at vox_offset {}",
+                      start.size() - at, start.size()),
+          fmt::format("one of {} bytes", size));
     }
     at += size;
   }
@@ -234,28 +243,34 @@ using Transform = std::array<std::array<double, 4>, 3>;
 Transform quaternion_transform(const nifti_1_header& fields) {
   const double b = fields.quatern_b, c = fields.quatern_c, d = fields.quatern_d;
   const double a = std::sqrt(std::max(0.0, 1 - (b * b + c * c + d * d)));
-  return {
-      {{a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c), widened(fields.qoffset_x)},
-       {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b), widened(fields.qoffset_y)},
-       {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c, widened(fields.qoffset_z)}}};
+  return {{{a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c),
+            widened(fields.qoffset_x)},
+           {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b),
+            widened(fields.qoffset_y)},
+           {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c,
+            widened(fields.qoffset_z)}}};
 }
 
 Transform affine_transform(const nifti_1_header& fields) {
   Transform transform{};
   const std::array rows{&fields.srow_x, &fields.srow_y, &fields.srow_z};
   for (std::size_t row = 0; row < rows.size(); ++row)
-    for (std::size_t column = 0; column < 4; ++column) transform[row][column] = widened((*rows[row])[column]);
+    for (std::size_t column = 0; column < 4; ++column)
+      transform[row][column] = widened((*rows[row])[column]);
   return transform;
 }
 
-/// The axis of space along which each axis runs; as they come where one is oblique or two run along the same.
+/// The axis of space along which each axis runs; as they come where one is oblique or two run along
+/// the same.
 std::array<std::size_t, 3> space_axes(const Transform& transform) {
-  constexpr double kStraight = 1e-4;  // of the length; what quaternions in single precision leave of a zero
+  constexpr double kStraight =
+      1e-4;  // of the length; what quaternions in single precision leave of a zero
   constexpr std::array<std::size_t, 3> kAsTheyCome{0, 1, 2};
   std::array<std::size_t, 3> axes{};
   std::array<bool, 3> taken{};
   for (std::size_t column = 0; column < 3; ++column) {
-    const double length = std::hypot(transform[0][column], transform[1][column], transform[2][column]);
+    const double length =
+        std::hypot(transform[0][column], transform[1][column], transform[2][column]);
     std::size_t parts = 0;
     for (std::size_t row = 0; row < 3; ++row) {
       if (!(std::fabs(transform[row][column]) > kStraight * length)) continue;
@@ -277,7 +292,8 @@ std::vector<double> offsets(const std::string& file, const nifti_1_header& field
   for (const std::size_t axis : axes) result.push_back(transform[axis][3]);
   if (std::ranges::all_of(result, [](double value) { return std::isfinite(value); })) return result;
   throw_input_error(
-      file, affine ? "srow_x, srow_y, srow_z (byte 280)" : "qoffset_x, qoffset_y, qoffset_z (byte 268)",
+      file,
+      affine ? "srow_x, srow_y, srow_z (byte 280)" : "qoffset_x, qoffset_y, qoffset_z (byte 268)",
       "finite offsets", fmt::format("{}, {}, {}", result[0], result[1], result[2]));
 }
 
@@ -287,8 +303,8 @@ std::vector<double> voxel_sizes(const std::string& file, const nifti_1_header& f
   for (std::size_t axis = 1; axis <= 3; ++axis) {
     const float pixel = std::fabs(fields.pixdim[axis]);
     if (!std::isfinite(pixel))
-      throw_input_error(file, fmt::format("pixdim[{}] (byte {})", axis, 76 + 4 * axis), "a finite voxel size",
-                        fmt::format("{}", pixel));
+      throw_input_error(file, fmt::format("pixdim[{}] (byte {})", axis, 76 + 4 * axis),
+                        "a finite voxel size", fmt::format("{}", pixel));
     sizes.push_back(pixel == 0 ? 1 : widened(pixel));
   }
   return sizes;
@@ -330,15 +346,17 @@ std::unique_ptr<VolumeSource> open_nifti(const VolumePath& path, const OpenOptio
   const Header header = read_header(file, gzip);
   const nifti_1_header& fields = header.fields;
   const StoredType stored = stored_type(path.file, fields);
-  const Interpretation meaning = interpret(path.file, stored, options.kind, stated_kind(fields, stored),
-                                           FloatLabels::kConverted, type_name(fields.datatype));
+  const Interpretation meaning =
+      interpret(path.file, stored, options.kind, stated_kind(fields, stored),
+                FloatLabels::kConverted, type_name(fields.datatype));
   check_scaling(path.file, fields);
   const std::vector<std::uint64_t> sizes = dimensions(path.file, fields);
   constexpr std::string_view kSizes = "dim (byte 40)";
-  const StoredAxes axes = resolve_axes(
-      path.file, kSizes, sizes,
-      options.axes.empty() ? letters(path.file, sizes) : letters_of(path.file, kSizes, sizes, options),
-      meaning.type);
+  const StoredAxes axes =
+      resolve_axes(path.file, kSizes, sizes,
+                   options.axes.empty() ? letters(path.file, sizes)
+                                        : letters_of(path.file, kSizes, sizes, options),
+                   meaning.type);
   VolumeInfo info{.extent = {},
                   .type = meaning.type,
                   .kind = meaning.kind,

@@ -22,11 +22,16 @@ struct TypeCode {
   StoredType type;
 };
 inline constexpr std::array kTypeCodes{
-    TypeCode{DT_UINT8, {VoxelType::kU8, false}},   TypeCode{DT_UINT16, {VoxelType::kU16, false}},
-    TypeCode{DT_UINT32, {VoxelType::kU32, false}}, TypeCode{DT_UINT64, {VoxelType::kU64, false}},
-    TypeCode{DT_INT16, {VoxelType::kI16, true}},   TypeCode{DT_FLOAT32, {VoxelType::kF32, false}},
-    TypeCode{DT_INT8, {VoxelType::kU8, true}},     TypeCode{DT_INT32, {VoxelType::kU32, true}},
-    TypeCode{DT_INT64, {VoxelType::kU64, true}},   TypeCode{DT_FLOAT64, {VoxelType::kU64, false, true}},
+    TypeCode{DT_UINT8, {VoxelType::kU8, false}},
+    TypeCode{DT_UINT16, {VoxelType::kU16, false}},
+    TypeCode{DT_UINT32, {VoxelType::kU32, false}},
+    TypeCode{DT_UINT64, {VoxelType::kU64, false}},
+    TypeCode{DT_INT16, {VoxelType::kI16, true}},
+    TypeCode{DT_FLOAT32, {VoxelType::kF32, false}},
+    TypeCode{DT_INT8, {VoxelType::kU8, true}},
+    TypeCode{DT_INT32, {VoxelType::kU32, true}},
+    TypeCode{DT_INT64, {VoxelType::kU64, true}},
+    TypeCode{DT_FLOAT64, {VoxelType::kU64, false, true}},
 };
 
 /// Metres and name of the spatial unit; 0 where the header says none.

@@ -18,20 +18,25 @@ namespace {
 
 constexpr int kGzipLevel = 6;
 
-/// A length as the header keeps it. Throws InputError where single precision moves it by more than a hundredth of a voxel.
+/// A length as the header keeps it. Throws InputError where single precision moves it by more than
+/// a hundredth of a voxel.
 float narrowed(const std::string& file, std::string_view what, double value, double voxel_size) {
   constexpr double kHundredth = 0.01;
   const auto narrow = static_cast<float>(value);
-  if (std::isfinite(narrow) && std::fabs(narrow - value) <= kHundredth * std::fabs(voxel_size)) return narrow;
+  if (std::isfinite(narrow) && std::fabs(narrow - value) <= kHundredth * std::fabs(voxel_size))
+    return narrow;
   throw_input_error(
       file, "",
-      fmt::format("a {} that 32-bit floats, the only ones of NIfTI-1, keep to a hundredth of a voxel "
-                  "(NRRD and HDF5 keep it exactly)",
-                  what),
+      fmt::format(
+          "a {} that 32-bit floats, the only ones of NIfTI-1, keep to a hundredth of a voxel "
+          "(NRRD and HDF5 keep it exactly)",
+          what),
       fmt::format("{}, which would become {}", value, narrow));
 }
 
-double scaled(double value, double ratio) { return std::fabs(ratio - 1) > 1e-9 ? value * ratio : value; }
+double scaled(double value, double ratio) {
+  return std::fabs(ratio - 1) > 1e-9 ? value * ratio : value;
+}
 
 /// Sets the unit of lengths; the factor from the volume's own unit to it.
 double set_unit(const std::string& file, const VolumeInfo& info, nifti_1_header& header) {
@@ -47,7 +52,8 @@ double set_unit(const std::string& file, const VolumeInfo& info, nifti_1_header&
 }
 
 /// Both forms, with the axes of the volume along those of the space; pixdim is set.
-void set_offset(const std::string& file, const std::array<double, 3>& offset, nifti_1_header& header) {
+void set_offset(const std::string& file, const std::array<double, 3>& offset,
+                nifti_1_header& header) {
   header.qform_code = header.sform_code = NIFTI_XFORM_SCANNER_ANAT;
   const std::array rows{&header.srow_x, &header.srow_y, &header.srow_z};
   const std::array places{&header.qoffset_x, &header.qoffset_y, &header.qoffset_z};
@@ -73,8 +79,9 @@ nifti_1_header make_header(const std::string& file, const VolumeInfo& info) {
     }
     header.dim[axis + 1] = static_cast<short>(size[axis]);
   }
-  const auto type = std::find_if(kTypeCodes.begin(), kTypeCodes.end(),
-                                 [&](const TypeCode& entry) { return entry.type.type == info.type; });
+  const auto type = std::find_if(kTypeCodes.begin(), kTypeCodes.end(), [&](const TypeCode& entry) {
+    return entry.type.type == info.type;
+  });
   header.datatype = type->code;
   header.bitpix = static_cast<short>(8 * size_of(info.type));
 

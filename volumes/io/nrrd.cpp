@@ -25,7 +25,8 @@ std::uint64_t skip_lines(const MappedFile& file, std::uint64_t offset, std::uint
 }
 
 ArrayLayout layout_of(const NrrdHeader& header, const MappedFile& data) {
-  const std::uint64_t behind_lines = skip_lines(data, header.data_file.empty() ? header.data_offset : 0, header.line_skip);
+  const std::uint64_t behind_lines =
+      skip_lines(data, header.data_file.empty() ? header.data_offset : 0, header.line_skip);
   const auto skip = static_cast<std::uint64_t>(std::max<std::int64_t>(header.byte_skip, 0));
   ArrayLayout layout{.encoding = header.encoding,
                      .at_end = header.byte_skip < 0,
@@ -52,10 +53,12 @@ MappedFile open_data(MappedFile file, const NrrdHeader& header, const OpenOption
   if (header.data_file.empty()) return file;
   const std::string_view behind = file.text().substr(header.data_offset);
   if (behind.find_first_not_of(" \t\r\n") != std::string_view::npos) {
-    throw_input_error(file.path(), header.line_of("data file"), "nothing behind a header that names a data file",
+    throw_input_error(file.path(), header.line_of("data file"),
+                      "nothing behind a header that names a data file",
                       fmt::format("{} bytes there", behind.size()));
   }
-  return MappedFile(named_file(file.path(), header.line_of("data file"), header.data_file, options), MappedFile::Least::kBegin);
+  return MappedFile(named_file(file.path(), header.line_of("data file"), header.data_file, options),
+                    MappedFile::Least::kBegin);
 }
 
 }  // namespace
@@ -63,8 +66,9 @@ MappedFile open_data(MappedFile file, const NrrdHeader& header, const OpenOption
 std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options) {
   MappedFile file(path.file, MappedFile::Least::kBegin);
   const NrrdHeader header = parse_nrrd_header(path.file, file.text());
-  const Interpretation meaning = interpret(path.file, header.type, options.kind, header.kind, FloatLabels::kConverted,
-                                           header.type.is_float64 ? fmt::format("float64 (NRRD type {})", header.type_name) : "");
+  const Interpretation meaning = interpret(
+      path.file, header.type, options.kind, header.kind, FloatLabels::kConverted,
+      header.type.is_float64 ? fmt::format("float64 (NRRD type {})", header.type_name) : "");
   const NrrdGeometry geometry = nrrd_geometry(path.file, header, meaning.type, options);
   VolumeInfo info{.extent = {},
                   .type = meaning.type,

@@ -1,4 +1,5 @@
-// What the axes of an NRRD header mean: x, y, z and time, voxel size, unit and offset; the rules are in nrrd.hpp.
+// What the axes of an NRRD header mean: x, y, z and time, voxel size, unit and offset; the rules
+// are in nrrd.hpp.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,7 +13,8 @@ namespace cvr::volumes {
 
 namespace {
 
-/// Samples along an axis of this kind by the definition of the format; 0: any number. None: an unknown kind.
+/// Samples along an axis of this kind by the definition of the format; 0: any number. None: an
+/// unknown kind.
 std::optional<std::uint64_t> samples_of_kind(std::string_view kind) {
   static const std::map<std::string_view, std::uint64_t> kKinds{{"domain", 0},
                                                                 {"space", 0},
@@ -51,7 +53,8 @@ std::optional<std::uint64_t> samples_of_kind(std::string_view kind) {
   return found == kKinds.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Kinds that, unlike colours and matrices, may be of any length but are stated for the length that is there.
+/// Kinds that, unlike colours and matrices, may be of any length but are stated for the length that
+/// is there.
 bool says_nothing(std::string_view kind) { return kind == "???" || kind == "none"; }
 bool is_spatial(std::string_view kind) { return kind == "domain" || kind == "space"; }
 
@@ -67,15 +70,16 @@ class Geometry {
     for (std::size_t axis = 0; axis < rank; ++axis) {
       const std::string kind = kind_of(axis);
       check_kind(axis, kind);
-      const bool last_list = kind == "list" && axis + 1 == rank && rank > 3 && header_.sizes[axis] != 1;
+      const bool last_list =
+          kind == "list" && axis + 1 == rank && rank > 3 && header_.sizes[axis] != 1;
       if (kind == "time" || last_list) {
         letters[axis] = 't';
       } else if (is_spatial(kind) || says_nothing(kind)) {
         spatial.push_back(axis);
       } else if (header_.sizes[axis] != 1) {
         fail("kinds",
-             fmt::format("one entry of axis {} of kind {}, since a volume has one value per voxel", axis + 1,
-                         kind),
+             fmt::format("one entry of axis {} of kind {}, since a volume has one value per voxel",
+                         axis + 1, kind),
              fmt::format("{} entries", header_.sizes[axis]));
       }
     }
@@ -83,8 +87,9 @@ class Geometry {
     drop_singles(spatial);
     if (spatial.size() > 3) {
       fail(header_.kinds.empty() ? "dimension" : "kinds",
-           fmt::format("a volume of 3 axes, or a kind list or time of the fourth (say which is which with "
-                       "--axes, such as xyzt)"),
+           fmt::format(
+               "a volume of 3 axes, or a kind list or time of the fourth (say which is which with "
+               "--axes, such as xyzt)"),
            fmt::format("{} axes, {}", spatial.size(), fmt::join(header_.sizes, " x ")));
     }
     for (std::size_t i = 0; i < spatial.size(); ++i) letters[spatial[i]] = "xyz"[i];
@@ -114,7 +119,8 @@ class Geometry {
       if (is_none(axis)) continue;
       const std::size_t coordinate = aligned.empty() ? next : *aligned[axis];
       ++next;
-      if (coordinate < origin.size() && !std::isnan(origin[coordinate])) offsets[axis] = origin[coordinate];
+      if (coordinate < origin.size() && !std::isnan(origin[coordinate]))
+        offsets[axis] = origin[coordinate];
     }
     return offsets;
   }
@@ -155,7 +161,8 @@ class Geometry {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& field, std::string_view expected, std::string_view found) const {
+  [[noreturn]] void fail(const std::string& field, std::string_view expected,
+                         std::string_view found) const {
     throw_input_error(file_, header_.line_of(field), expected, found);
   }
 
@@ -174,12 +181,16 @@ class Geometry {
       fail("kinds", "a kind that the format defines, such as domain, space, time or list",
            fmt::format("'{}'", kind));
     if (*samples > 1 && header_.sizes[axis] == *samples) {
-      fail("kinds", "domain or space, or another kind of length 1, since a volume has one value per voxel",
-           fmt::format("axis {} of kind {}, {} values per voxel", axis + 1, header_.kinds[axis], *samples));
+      fail("kinds",
+           "domain or space, or another kind of length 1, since a volume has one value per voxel",
+           fmt::format("axis {} of kind {}, {} values per voxel", axis + 1, header_.kinds[axis],
+                       *samples));
     }
-    // Colours and vectors of one sample are written by programs that keep the kind when they cut an axis.
+    // Colours and vectors of one sample are written by programs that keep the kind when they cut an
+    // axis.
     if (*samples != 0 && header_.sizes[axis] != *samples && header_.sizes[axis] != 1) {
-      fail("kinds", fmt::format("{} samples along axis {}, as its kind {} says", *samples, axis + 1, kind),
+      fail("kinds",
+           fmt::format("{} samples along axis {}, as its kind {} says", *samples, axis + 1, kind),
            fmt::format("{}", header_.sizes[axis]));
     }
   }
@@ -187,11 +198,13 @@ class Geometry {
   /// Leaves out axes of length 1 of no known kind, from the slowest, until three are left.
   void drop_singles(std::vector<std::size_t>& spatial) const {
     for (std::size_t i = spatial.size(); i-- > 0 && spatial.size() > 3;) {
-      if (header_.sizes[spatial[i]] == 1) spatial.erase(spatial.begin() + static_cast<std::ptrdiff_t>(i));
+      if (header_.sizes[spatial[i]] == 1)
+        spatial.erase(spatial.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
 
-  /// The axis of the space along which each axis runs; empty where one is oblique or two run along the same.
+  /// The axis of the space along which each axis runs; empty where one is oblique or two run along
+  /// the same.
   std::vector<std::optional<std::size_t>> space_axes() const {
     constexpr double kStraight = 1e-6;  // of the length; what single precision leaves of a zero
     std::vector<std::optional<std::size_t>> axes;

@@ -57,7 +57,8 @@ std::vector<std::string> quoted_of(std::string_view text) {
 std::string unescaped(std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escape = text[i] == '\\' && i + 1 < text.size() && (text[i + 1] == 'n' || text[i + 1] == '\\');
+    const bool escape =
+        text[i] == '\\' && i + 1 < text.size() && (text[i + 1] == 'n' || text[i + 1] == '\\');
     if (escape) ++i;
     result += escape && text[i] == 'n' ? '\n' : text[i];
   }
@@ -74,19 +75,21 @@ std::optional<StoredType> stored_type(const std::string& name) {
       {{VoxelType::kU8, false}, {"uchar", "unsigned char", "uint8", "uint8_t"}},
       {{VoxelType::kI16, true},
        {"short", "short int", "signed short", "signed short int", "int16", "int16_t"}},
-      {{VoxelType::kU16, false}, {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}},
+      {{VoxelType::kU16, false},
+       {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}},
       {{VoxelType::kU32, true}, {"int", "signed int", "int32", "int32_t"}},
       {{VoxelType::kU32, false}, {"uint", "unsigned int", "uint32", "uint32_t"}},
       {{VoxelType::kU64, true},
-       {"longlong", "long long", "long long int", "signed long long", "signed long long int", "int64",
-        "int64_t"}},
+       {"longlong", "long long", "long long int", "signed long long", "signed long long int",
+        "int64", "int64_t"}},
       {{VoxelType::kU64, false},
        {"ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"}},
       {{VoxelType::kF32, false}, {"float"}},
       {{VoxelType::kU64, false, true}, {"double"}},
   };
   for (const Names& entry : kNames) {
-    if (std::find(entry.names.begin(), entry.names.end(), name) != entry.names.end()) return entry.type;
+    if (std::find(entry.names.begin(), entry.names.end(), name) != entry.names.end())
+      return entry.type;
   }
   return std::nullopt;
 }
@@ -101,7 +104,8 @@ class HeaderParser {
       if (line_.empty()) break;
       if (line_.front() == '#') continue;
       const std::size_t colon = line_.find(':');
-      if (colon == std::string_view::npos) fail("'field: description', 'key:=value' or a comment", line_);
+      if (colon == std::string_view::npos)
+        fail("'field: description', 'key:=value' or a comment", line_);
       if (const std::size_t key_end = line_.find(":=");
           key_end != std::string_view::npos && key_end <= line_.find(": ")) {
         key(line_.substr(0, key_end), line_.substr(key_end + 2));
@@ -125,7 +129,8 @@ class HeaderParser {
     ++number_;
     const std::size_t end = text_.substr(0, kMaximumHeader).find('\n', at_);
     if (end == std::string_view::npos && text_.size() > kMaximumHeader) {
-      throw_input_error(file_, fmt::format("line {}", number_), "a header of at most 1 MiB", "a longer one");
+      throw_input_error(file_, fmt::format("line {}", number_), "a header of at most 1 MiB",
+                        "a longer one");
     }
     line_ = text_.substr(at_, end == std::string_view::npos ? std::string_view::npos : end - at_);
     if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
@@ -252,12 +257,14 @@ class HeaderParser {
 
   void encoding(std::string_view value) {
     static const std::map<std::string_view, ArrayEncoding> kEncodings{
-        {"raw", ArrayEncoding::kPlain}, {"gz", ArrayEncoding::kGzip},  {"gzip", ArrayEncoding::kGzip},
-        {"hex", ArrayEncoding::kHex},   {"txt", ArrayEncoding::kText}, {"text", ArrayEncoding::kText},
+        {"raw", ArrayEncoding::kPlain}, {"gz", ArrayEncoding::kGzip},
+        {"gzip", ArrayEncoding::kGzip}, {"hex", ArrayEncoding::kHex},
+        {"txt", ArrayEncoding::kText},  {"text", ArrayEncoding::kText},
         {"ascii", ArrayEncoding::kText}};
     const auto found = kEncodings.find(lower(value));
     if (found == kEncodings.end())
-      fail("encoding raw, gzip, hex or ascii (others are rewritten by 'unu save -f nrrd -e gzip')", value);
+      fail("encoding raw, gzip, hex or ascii (others are rewritten by 'unu save -f nrrd -e gzip')",
+           value);
     header_.encoding = found->second;
   }
 
@@ -271,8 +278,9 @@ class HeaderParser {
     const auto words = words_of(value);
     const bool list = !words.empty() && words.size() <= 2 && words[0] == "LIST";
     const std::size_t percent = value.find('%');
-    const std::size_t conversion =
-        percent == std::string_view::npos ? percent : value.find_first_not_of("0123456789", percent + 1);
+    const std::size_t conversion = percent == std::string_view::npos
+                                       ? percent
+                                       : value.find_first_not_of("0123456789", percent + 1);
     const bool pattern =
         words.size() >= 4 && conversion != std::string_view::npos && value[conversion] == 'd';
     if (value.empty() || list || pattern)
@@ -305,8 +313,10 @@ class HeaderParser {
     std::string inner(text);
     std::replace(inner.begin(), inner.end(), ',', ' ');
     std::vector<double> numbers;
-    for (const std::string_view word : words_of(inner)) numbers.push_back(number<double>(word, "a number"));
-    if (std::ranges::any_of(numbers, [](double n) { return std::isinf(n); })) fail("finite numbers", value);
+    for (const std::string_view word : words_of(inner))
+      numbers.push_back(number<double>(word, "a number"));
+    if (std::ranges::any_of(numbers, [](double n) { return std::isinf(n); }))
+      fail("finite numbers", value);
     const std::size_t dimension = header_.space_dimension.value_or(numbers.size());
     if (numbers.empty() || numbers.size() != dimension)
       fail(fmt::format("vectors of {} numbers, as the space has axes", dimension), value);
@@ -343,7 +353,8 @@ class HeaderParser {
   void space_units(std::string_view value) {
     header_.space_units = quoted_of(value);
     if (header_.space_units.size() != header_.space_dimension.value_or(header_.space_units.size()))
-      fail(fmt::format("{} units in quotation marks, one an axis of the space", *header_.space_dimension),
+      fail(fmt::format("{} units in quotation marks, one an axis of the space",
+                       *header_.space_dimension),
            value);
   }
 
@@ -359,7 +370,8 @@ class HeaderParser {
     }
     const bool ordered = size_of(header_.type.type) > 1 && header_.encoding != ArrayEncoding::kText;
     if (ordered && !header_.lines.contains("endian")) fail("the field 'endian'", line_);
-    const bool text = header_.encoding == ArrayEncoding::kText || header_.encoding == ArrayEncoding::kHex;
+    const bool text =
+        header_.encoding == ArrayEncoding::kText || header_.encoding == ArrayEncoding::kHex;
     if (header_.byte_skip < 0 && text) fail("byte skip -1 only with raw and gzip", "hex or ascii");
   }
 

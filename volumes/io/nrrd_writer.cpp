@@ -18,7 +18,9 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string_view type_name(VoxelType type) { return type == VoxelType::kF32 ? "float" : long_name_of(type); }
+std::string_view type_name(VoxelType type) {
+  return type == VoxelType::kF32 ? "float" : long_name_of(type);
+}
 
 /// Spacings, or directions and origin where the volume has an offset.
 std::string geometry_text(const VolumeInfo& info, bool series) {
@@ -30,8 +32,9 @@ std::string geometry_text(const VolumeInfo& info, bool series) {
       text += fmt::format("units: \"{0}\" \"{0}\" \"{0}\"{1}\n", unit, series ? " \"\"" : "");
     return text;
   }
-  std::string text = fmt::format("space dimension: 3\nspace directions: ({},0,0) (0,{},0) (0,0,{}){}\n", x, y,
-                                 z, series ? " none" : "");
+  std::string text =
+      fmt::format("space dimension: 3\nspace directions: ({},0,0) (0,{},0) (0,0,{}){}\n", x, y, z,
+                  series ? " none" : "");
   text += fmt::format("space origin: ({},{},{})\n", info.offset[0], info.offset[1], info.offset[2]);
   if (!unit.empty()) text += fmt::format("space units: \"{0}\" \"{0}\" \"{0}\"\n", unit);
   return text;
@@ -47,21 +50,23 @@ void write_voxels(OutputFile& output, const VolumeSource& source, NrrdEncoding e
 
 }  // namespace
 
-std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenance, NrrdEncoding encoding,
-                             const std::string& data_file) {
+std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenance,
+                             NrrdEncoding encoding, const std::string& data_file) {
   // Time is the last axis of a series, without spacing and unit.
   const bool series = info.time_steps > 1;
   const Extent step = info.step_extent();
-  std::string text = fmt::format(
-      "NRRD0004\ntype: {}\ndimension: {}\nsizes: {} {} {}{}\n{}", type_name(info.type), series ? 4 : 3,
-      step.x, step.y, step.z, series ? fmt::format(" {}", info.time_steps) : "", geometry_text(info, series));
-  text += fmt::format("kinds: domain domain domain{}\nendian: little\nencoding: {}\n", series ? " list" : "",
-                      encoding == NrrdEncoding::kRaw ? "raw" : "gzip");
+  std::string text =
+      fmt::format("NRRD0004\ntype: {}\ndimension: {}\nsizes: {} {} {}{}\n{}", type_name(info.type),
+                  series ? 4 : 3, step.x, step.y, step.z,
+                  series ? fmt::format(" {}", info.time_steps) : "", geometry_text(info, series));
+  text += fmt::format("kinds: domain domain domain{}\nendian: little\nencoding: {}\n",
+                      series ? " list" : "", encoding == NrrdEncoding::kRaw ? "raw" : "gzip");
   if (!data_file.empty()) text += fmt::format("data file: {}\n", data_file);
   text += fmt::format("kind:={}\n", name_of(info.kind));
   if (!provenance.name.empty()) text += fmt::format("name:={}\n", escaped(provenance.name));
   if (!provenance.source.empty()) text += fmt::format("source:={}\n", escaped(provenance.source));
-  if (!provenance.licence.empty()) text += fmt::format("licence:={}\n", escaped(provenance.licence));
+  if (!provenance.licence.empty())
+    text += fmt::format("licence:={}\n", escaped(provenance.licence));
   if (data_file.empty()) text += "\n";
   return text;
 }
@@ -85,7 +90,8 @@ void write_nrrd(const std::string& path, const VolumeSource& source, NrrdEncodin
 }
 
 void write_nrrd(const VolumePath& path, const VolumeSource& source) {
-  write_nrrd(path.file, source, has_ending(path.file, ".nhdr") ? NrrdEncoding::kRaw : NrrdEncoding::kGzip);
+  write_nrrd(path.file, source,
+             has_ending(path.file, ".nhdr") ? NrrdEncoding::kRaw : NrrdEncoding::kGzip);
 }
 
 }  // namespace cvr::volumes

@@ -36,7 +36,8 @@ fs::path target_of(const std::string& path) {
   return whole;
 }
 
-/// Something in a folder that write_precomputed did not put there; empty where there is nothing of the kind.
+/// Something in a folder that write_precomputed did not put there; empty where there is nothing of
+/// the kind.
 std::string foreign_entry(const fs::path& folder) {
   if (fs::is_empty(folder)) return {};
   const fs::path file = folder / "info";
@@ -48,12 +49,14 @@ std::string foreign_entry(const fs::path& folder) {
     return fmt::format("a file info that was not written here: {}", error.what());
   }
   const bool labels = info.kind == VolumeKind::kLabels;
-  if (precomputed_info_text(info.data_type, labels, info.scale) != MappedFile(file.string()).text()) {
+  if (precomputed_info_text(info.data_type, labels, info.scale) !=
+      MappedFile(file.string()).text()) {
     return "a file info that was not written here";
   }
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    const bool ours = name == "info" || (name == info.scale.key && fs::is_directory(entry.symlink_status()));
+    const bool ours =
+        name == "info" || (name == info.scale.key && fs::is_directory(entry.symlink_status()));
     if (!ours) return fmt::format("'{}' in it", name);
   }
   if (!fs::exists(folder / info.scale.key)) return {};
@@ -75,17 +78,20 @@ void check_replaceable(const std::string& path, const fs::path& target) {
       throw_output_error(path, fmt::format("there is no folder '{}'", folder.string()));
     return;
   }
-  if (!fs::is_directory(status)) throw_output_error(path, "a file, device, pipe or socket has this name");
+  if (!fs::is_directory(status))
+    throw_output_error(path, "a file, device, pipe or socket has this name");
   const fs::path here = fs::current_path();
   for (fs::path at = here; at != at.parent_path(); at = at.parent_path()) {
-    if (fs::equivalent(at, target)) throw_output_error(path, "it is the current folder or one above it");
+    if (fs::equivalent(at, target))
+      throw_output_error(path, "it is the current folder or one above it");
   }
   if (const std::string found = foreign_entry(target); !found.empty()) {
     throw_output_error(
         path,
-        fmt::format("it is replaced only where it is empty or holds nothing but a precomputed volume that "
-                    "was written here, found {}",
-                    found));
+        fmt::format(
+            "it is replaced only where it is empty or holds nothing but a precomputed volume that "
+            "was written here, found {}",
+            found));
   }
 }
 
@@ -113,7 +119,8 @@ OutputFolder::OutputFolder(std::string path) : path_(std::move(path)), target_(t
     made = fs::create_directory(partial_, error);
   }
   if (!made)
-    throw_output_error(path_, error ? error.message() : "a thousand unfinished folders lie beside it");
+    throw_output_error(path_,
+                       error ? error.message() : "a thousand unfinished folders lie beside it");
   unfinished.add(partial_.string());
 }
 
@@ -128,7 +135,8 @@ OutputFolder::~OutputFolder() {
 void OutputFolder::commit() {
   const FolderLock lock(folder_of(target_));
   UnfinishedOutputs unfinished;
-  // A free name and an empty folder are replaced by renaming, and by nobody else at the same moment.
+  // A free name and an empty folder are replaced by renaming, and by nobody else at the same
+  // moment.
   if (std::rename(partial_.c_str(), target_.c_str()) != 0) {
     if (errno != ENOTEMPTY && errno != EEXIST) throw_output_error(path_, std::strerror(errno));
     replace_old();
@@ -137,7 +145,8 @@ void OutputFolder::commit() {
   unfinished.remove(partial_.string());
 }
 
-/// Exchanges the two in one step, so that at every moment a whole volume has the name, and removes the old one.
+/// Exchanges the two in one step, so that at every moment a whole volume has the name, and removes
+/// the old one.
 void OutputFolder::replace_old() {
   try {
     check_replaceable(path_, target_);
@@ -145,8 +154,9 @@ void OutputFolder::replace_old() {
     throw_output_error(path_, error.what());
   }
   if (::renameat2(AT_FDCWD, partial_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
-    throw_output_error(path_, fmt::format("it cannot be replaced here: {}; remove it or write beside it",
-                                          std::strerror(errno)));
+    throw_output_error(path_,
+                       fmt::format("it cannot be replaced here: {}; remove it or write beside it",
+                                   std::strerror(errno)));
   }
   std::error_code ignored;
   fs::remove_all(partial_, ignored);

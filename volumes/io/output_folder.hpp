@@ -6,9 +6,9 @@
 
 namespace cvr::volumes {
 
-/// A precomputed volume grows in "TARGET.part0" (or the next free number) beside its final name; commit puts
-/// it there. Without commit it vanishes. What may be replaced: nothing, an empty folder, and a folder that
-/// holds exactly what write_precomputed wrote.
+/// A precomputed volume grows in "TARGET.part0" (or the next free number) beside its final name;
+/// commit puts it there. Without commit it vanishes. What may be replaced: nothing, an empty
+/// folder, and a folder that holds exactly what write_precomputed wrote.
 class OutputFolder {
  public:
   /// Throws OutputError as check_output_folder does, or if the folder cannot be made.

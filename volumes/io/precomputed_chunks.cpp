@@ -36,15 +36,17 @@ std::optional<std::pair<Ranges, std::string_view>> parse_ranges(std::string_view
   return std::pair{ranges, name.substr(static_cast<std::size_t>(at - name.data()))};
 }
 
-/// Whether a range is that of a chunk of the grid: from a multiple of the edge, a whole edge long or up to the border.
+/// Whether a range is that of a chunk of the grid: from a multiple of the edge, a whole edge long
+/// or up to the border.
 bool fits(const Range& range, std::uint64_t size, std::uint64_t edge, std::int64_t offset) {
   constexpr std::int64_t kFar = std::int64_t{1} << 61;
   if (range.begin < -kFar || range.begin > kFar) return false;
   const std::int64_t start = range.begin - offset;
-  if (start < 0 || static_cast<std::uint64_t>(start) >= size || static_cast<std::uint64_t>(start) % edge != 0)
+  if (start < 0 || static_cast<std::uint64_t>(start) >= size ||
+      static_cast<std::uint64_t>(start) % edge != 0)
     return false;
-  return range.end ==
-         range.begin + static_cast<std::int64_t>(std::min(edge, size - static_cast<std::uint64_t>(start)));
+  return range.end == range.begin + static_cast<std::int64_t>(
+                                        std::min(edge, size - static_cast<std::uint64_t>(start)));
 }
 
 bool fits(const Ranges& ranges, const PrecomputedScale& scale, const Extent& chunk) {
@@ -90,16 +92,17 @@ void check_chunk_names(const std::string& folder, const PrecomputedScale& scale)
     if (fault.empty() && !entry.is_regular_file())
       fault = "a folder, device, pipe or socket, or a link to nothing";
     if (!fault.empty()) {
-      throw_input_error(entry.path().string(), "",
-                        fmt::format("a chunk file as '{}' of {} voxels at most, the first of this scale",
-                                    first, to_string(scale.chunk)),
-                        fault);
+      throw_input_error(
+          entry.path().string(), "",
+          fmt::format("a chunk file as '{}' of {} voxels at most, the first of this scale", first,
+                      to_string(scale.chunk)),
+          fault);
     }
     any = true;
   }
   if (!any) {
-    throw_input_error(folder, "", fmt::format("at least one chunk file, the first being '{}'", first),
-                      "none");
+    throw_input_error(folder, "",
+                      fmt::format("at least one chunk file, the first being '{}'", first), "none");
   }
 }
 

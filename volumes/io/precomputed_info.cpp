@@ -1,4 +1,5 @@
-// The `info` file of a precomputed folder: every number checked before anything is computed from it.
+// The `info` file of a precomputed folder: every number checked before anything is computed from
+// it.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -29,7 +30,9 @@ class Member {
 
   const Json& json() const { return value_; }
 
-  [[noreturn]] void fail(std::string_view expected) const { fail(expected, value_.dump().substr(0, 200)); }
+  [[noreturn]] void fail(std::string_view expected) const {
+    fail(expected, value_.dump().substr(0, 200));
+  }
   [[noreturn]] void fail(std::string_view expected, std::string_view found) const {
     throw_input_error(file_, path_.empty() ? "top level" : path_, expected, found);
   }
@@ -64,7 +67,8 @@ class Member {
     constexpr double kLimit = 9007199254740992.0;  // 2^53: up to it every whole number is a double
     if (value_.is_number_unsigned()) {
       const auto number = value_.get<std::uint64_t>();
-      if (number > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) return std::nullopt;
+      if (number > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+        return std::nullopt;
       return static_cast<std::int64_t>(number);
     }
     if (value_.is_number_integer()) return value_.get<std::int64_t>();
@@ -140,14 +144,16 @@ constexpr std::string_view kNameAScale = "(FOLDER/KEY names a scale)";
 /// Voxels of a scale, 0 where its size is no size: only to compare scales.
 double voxels_of(const Member& scale) {
   double voxels = 1;
-  for (const Json& value : scale.at("size").json()) voxels *= value.is_number() ? value.get<double>() : 0;
+  for (const Json& value : scale.at("size").json())
+    voxels *= value.is_number() ? value.get<double>() : 0;
   return voxels;
 }
 
 /// The scales, each with a key of its own.
 Member checked_scales(const Member& root) {
   const Member scales = root.at("scales");
-  if (!scales.json().is_array() || scales.json().empty()) scales.fail("an array of at least one scale");
+  if (!scales.json().is_array() || scales.json().empty())
+    scales.fail("an array of at least one scale");
   std::set<std::string> keys;
   for (std::size_t i = 0; i < scales.json().size(); ++i) {
     const Member key = scales.at(i).at("key");
@@ -156,15 +162,17 @@ Member checked_scales(const Member& root) {
   return scales;
 }
 
-/// Without a key the first scale is meant, which the format wants to be the finest. Where another has more
-/// voxels the first one is a placeholder or the order another, and which one is meant has to be said.
+/// Without a key the first scale is meant, which the format wants to be the finest. Where another
+/// has more voxels the first one is a placeholder or the order another, and which one is meant has
+/// to be said.
 Member find_scale(const Member& root, const std::string& key) {
   const Member scales = checked_scales(root);
   for (std::size_t i = 0; i < scales.json().size(); ++i) {
     const Member scale = scales.at(i);
     if (key.empty() && voxels_of(scales.at(std::size_t{0})) < voxels_of(scale)) {
-      scales.fail("a first scale that is the largest, or the key of a scale behind the folder's name",
-                  fmt::format("the scales {} {}", describe_scales(scales), kNameAScale));
+      scales.fail(
+          "a first scale that is the largest, or the key of a scale behind the folder's name",
+          fmt::format("the scales {} {}", describe_scales(scales), kNameAScale));
     }
     if (scale.at("key").text() == key) return scale;
   }
@@ -186,11 +194,13 @@ void read_chunk_sizes(const Member& member, StoredType type, PrecomputedScale& s
   }
 }
 
-void read_encoding(const Member& root, const Member& member, StoredType type, PrecomputedScale& scale) {
+void read_encoding(const Member& root, const Member& member, StoredType type,
+                   PrecomputedScale& scale) {
   const Member encoding = member.at("encoding");
   const std::string name = encoding.text();
   scale.compressed = name == "compressed_segmentation";
-  if (name != "raw" && !scale.compressed) encoding.fail("raw or compressed_segmentation, which are read");
+  if (name != "raw" && !scale.compressed)
+    encoding.fail("raw or compressed_segmentation, which are read");
   if (!scale.compressed) return;
   if (type.type != VoxelType::kU32 && type.type != VoxelType::kU64) {
     encoding.fail("compressed_segmentation with data_type uint32 or uint64 only",
@@ -232,7 +242,8 @@ PrecomputedScale read_scale(const std::string& file, const Member& root, const M
 
 Json parse_info(const std::string& file) {
   const MappedFile mapped(file);
-  if (mapped.bytes().size() > kMaximumInfo) throw_input_error(file, "", "at most 16 MiB", "a larger file");
+  if (mapped.bytes().size() > kMaximumInfo)
+    throw_input_error(file, "", "at most 16 MiB", "a larger file");
   return parse_json(mapped.text(), file);
 }
 

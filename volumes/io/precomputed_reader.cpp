@@ -1,7 +1,7 @@
 // Reads boxes of precomputed folders chunk by chunk; the format facts are in precomputed.hpp.
 //
-// Decoded chunks are kept, up to one layer in z and 256 MiB, oldest out first, so that slabs thinner than a
-// chunk do not decode each chunk again and again.
+// Decoded chunks are kept, up to one layer in z and 256 MiB, oldest out first, so that slabs
+// thinner than a chunk do not decode each chunk again and again.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,14 +27,16 @@ struct Location {
   std::string key;  ///< empty: the first scale
 };
 
-/// The folder with the `info` file, going up from the path, and what is left of the path as the scale's key.
+/// The folder with the `info` file, going up from the path, and what is left of the path as the
+/// scale's key.
 std::optional<Location> locate(const std::string& path) {
   fs::path folder(path);
   if (!folder.has_filename()) folder = folder.parent_path();
   fs::path key;
   while (!folder.empty()) {
     std::error_code ignored;
-    if (fs::is_regular_file(folder / "info", ignored)) return Location{folder.string(), key.generic_string()};
+    if (fs::is_regular_file(folder / "info", ignored))
+      return Location{folder.string(), key.generic_string()};
     if (!folder.has_filename()) break;
     key = key.empty() ? folder.filename() : folder.filename() / key;
     folder = folder.parent_path();
@@ -51,10 +53,10 @@ void check_inside(const std::string& path, const fs::path& folder) {
   if (error) throw_input_error(path, "", "a readable file or folder", error.message());
   const fs::path inside = whole.lexically_relative(folder);
   if (inside.empty() || *inside.begin() == "..") {
-    throw_input_error(
-        path, "",
-        "a file in the volume's own folder, or --allow-external (allow_external: true in a configuration)",
-        fmt::format("a symbolic link to '{}'", whole.string()));
+    throw_input_error(path, "",
+                      "a file in the volume's own folder, or --allow-external (allow_external: "
+                      "true in a configuration)",
+                      fmt::format("a symbolic link to '{}'", whole.string()));
   }
 }
 
@@ -65,7 +67,8 @@ void check_axes(const std::string& file, const std::string& axes) {
                     fmt::format("'{}'", axes));
 }
 
-/// Only a name that is truly absent counts as missing: a folder that may not be read must not pass for zeros.
+/// Only a name that is truly absent counts as missing: a folder that may not be read must not pass
+/// for zeros.
 bool exists(const std::string& name) {
   std::error_code error;
   const fs::file_type type = fs::status(name, error).type();
@@ -79,7 +82,8 @@ bool exists(const std::string& name) {
 struct Overlap {
   std::uint64_t begin, end;
 };
-Overlap overlap(std::uint64_t origin, std::uint64_t count, std::uint64_t start, std::uint64_t size) {
+Overlap overlap(std::uint64_t origin, std::uint64_t count, std::uint64_t start,
+                std::uint64_t size) {
   return {std::max(origin, start), std::min(origin + count, start + size)};
 }
 
@@ -128,13 +132,14 @@ class PrecomputedSource final : public VolumeSource {
     }
     folder_ = (fs::path(location.folder) / scale_.key).string();
     if (!fs::is_directory(folder_)) {
-      throw_input_error(folder_, "", "the folder of a scale",
-                        fmt::format("none; info names the scales {}", describe_precomputed_scales(file)));
+      throw_input_error(
+          folder_, "", "the folder of a scale",
+          fmt::format("none; info names the scales {}", describe_precomputed_scales(file)));
     }
     if (!allow_external_) check_inside(folder_, root_);
     check_chunk_names(folder_, scale_);
-    const std::uint64_t layer =
-        scale_.size.x * scale_.size.y * std::max<std::uint64_t>(scale_.chunk.z, 1) * size_of(info_.type);
+    const std::uint64_t layer = scale_.size.x * scale_.size.y *
+                                std::max<std::uint64_t>(scale_.chunk.z, 1) * size_of(info_.type);
     cache_limit_ = std::min(layer, kCacheBytes);
   }
 
@@ -148,12 +153,16 @@ class PrecomputedSource final : public VolumeSource {
     const auto last = [](std::uint64_t origin, std::uint64_t size, std::uint64_t edge) {
       return (origin + size - 1) / edge;
     };
-    for (std::uint64_t z = box.origin.z / chunk.z; z <= last(box.origin.z, box.size.z, chunk.z); ++z) {
-      for (std::uint64_t y = box.origin.y / chunk.y; y <= last(box.origin.y, box.size.y, chunk.y); ++y) {
-        for (std::uint64_t x = box.origin.x / chunk.x; x <= last(box.origin.x, box.size.x, chunk.x); ++x) {
+    for (std::uint64_t z = box.origin.z / chunk.z; z <= last(box.origin.z, box.size.z, chunk.z);
+         ++z) {
+      for (std::uint64_t y = box.origin.y / chunk.y; y <= last(box.origin.y, box.size.y, chunk.y);
+           ++y) {
+        for (std::uint64_t x = box.origin.x / chunk.x; x <= last(box.origin.x, box.size.x, chunk.x);
+             ++x) {
           const Box from = chunk_box({x, y, z});
           const Buffer& voxels = chunk_voxels(from);
-          copy_shared(from, voxels.empty() ? nullptr : voxels.data(), box, out, size_of(info_.type));
+          copy_shared(from, voxels.empty() ? nullptr : voxels.data(), box, out,
+                      size_of(info_.type));
         }
       }
     }
@@ -161,11 +170,13 @@ class PrecomputedSource final : public VolumeSource {
 
  private:
   Box chunk_box(const Coordinate& chunk) const {
-    const Coordinate origin{chunk.x * scale_.chunk.x, chunk.y * scale_.chunk.y, chunk.z * scale_.chunk.z};
+    const Coordinate origin{chunk.x * scale_.chunk.x, chunk.y * scale_.chunk.y,
+                            chunk.z * scale_.chunk.z};
     const Extent& size = scale_.size;
-    return {origin,
-            {std::min(scale_.chunk.x, size.x - origin.x), std::min(scale_.chunk.y, size.y - origin.y),
-             std::min(scale_.chunk.z, size.z - origin.z)}};
+    return {
+        origin,
+        {std::min(scale_.chunk.x, size.x - origin.x), std::min(scale_.chunk.y, size.y - origin.y),
+         std::min(scale_.chunk.z, size.z - origin.z)}};
   }
 
   /// The decoded chunk; empty where it has no file and is all zeros. Valid until the next call.
@@ -188,7 +199,8 @@ class PrecomputedSource final : public VolumeSource {
     const std::string plain = (fs::path(folder_) / precomputed_chunk_name(scale_, box)).string();
     const bool gzipped = exists(plain + ".gz");
     if (exists(plain) && gzipped)
-      throw_input_error(plain, "", "one file of a chunk", "another one with the ending .gz beside it");
+      throw_input_error(plain, "", "one file of a chunk",
+                        "another one with the ending .gz beside it");
     const std::string name = gzipped ? plain + ".gz" : plain;
     if (!exists(name)) return {};
     if (!allow_external_) check_inside(name, root_);
@@ -209,7 +221,8 @@ class PrecomputedSource final : public VolumeSource {
         throw_input_error(file.path(), "", fmt::format("{} inflated bytes of voxels", needed),
                           fmt::format("{}", voxels.size()));
       } catch (const InputError&) {
-        if (!right_size || file.path().ends_with(".gz")) throw;  // else: plain voxels that begin like gzip
+        if (!right_size || file.path().ends_with(".gz"))
+          throw;  // else: plain voxels that begin like gzip
       }
     }
     if (!right_size) {
@@ -221,8 +234,8 @@ class PrecomputedSource final : public VolumeSource {
     return voxels;
   }
 
-  /// The stream begins with the channel offset 1, as encode_compressed_segmentation writes it and the decoder
-  /// expects it.
+  /// The stream begins with the channel offset 1, as encode_compressed_segmentation writes it and
+  /// the decoder expects it.
   Buffer decode_compressed(const MappedFile& file, const Box& box) const {
     const BlockSize& block = scale_.block;
     const std::uint64_t blocks = ((box.size.x + block.x - 1) / block.x) *
@@ -236,17 +249,20 @@ class PrecomputedSource final : public VolumeSource {
       bytes.append(file.bytes());
     }
     if (bytes.size() < 4 + 8 * blocks || bytes.size() % 4 != 0) {
-      throw_input_error(file.path(), "", fmt::format("a stream of whole words with {} block headers", blocks),
+      throw_input_error(file.path(), "",
+                        fmt::format("a stream of whole words with {} block headers", blocks),
                         fmt::format("{} bytes", bytes.size()));
     }
     Buffer voxels(box.size.voxels() * size_of(info_.type));
     const std::span words(reinterpret_cast<const std::uint32_t*>(bytes.data()), bytes.size() / 4);
     const auto decode = [&]<class T>() {
-      return decode_compressed_segmentation(words, box.size, block, reinterpret_cast<T*>(voxels.data()));
+      return decode_compressed_segmentation(words, box.size, block,
+                                            reinterpret_cast<T*>(voxels.data()));
     };
     const Expected<void> done = info_.type == VoxelType::kU64 ? decode.operator()<std::uint64_t>()
                                                               : decode.operator()<std::uint32_t>();
-    if (!done) throw_input_error(file.path(), "", "a compressed_segmentation stream", done.error().message);
+    if (!done)
+      throw_input_error(file.path(), "", "a compressed_segmentation stream", done.error().message);
     return voxels;
   }
 
@@ -279,7 +295,8 @@ bool lies_in_precomputed(const std::string& path) { return locate(path).has_valu
 std::unique_ptr<VolumeSource> open_precomputed(const VolumePath& path, const OpenOptions& options) {
   const auto location = locate(path.file);
   if (!location)
-    throw_input_error(path.file, "", "a Neuroglancer precomputed folder", "no file info in it or above it");
+    throw_input_error(path.file, "", "a Neuroglancer precomputed folder",
+                      "no file info in it or above it");
   return std::make_unique<PrecomputedSource>(*location, options);
 }
 

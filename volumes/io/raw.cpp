@@ -11,8 +11,8 @@
 //   offset_bytes: 0              optional
 //   name, source, licence        optional texts
 //
-// The rules of configurations hold: one document, each key once, no other keys. The file is mapped: data() of a
-// little-endian file is the mapping itself.
+// The rules of configurations hold: one document, each key once, no other keys. The file is mapped:
+// data() of a little-endian file is the mapping itself.
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
@@ -48,7 +48,8 @@ struct Sidecar {
 std::vector<YamlValue> three(const YamlValue& value, std::string_view what) {
   if (!value.is_list()) value.expected(what);
   std::vector<YamlValue> values = value.list(what);
-  if (values.size() != 3) value.reject(fmt::format("expected {}, found {} values", what, values.size()));
+  if (values.size() != 3)
+    value.reject(fmt::format("expected {}, found {} values", what, values.size()));
   return values;
 }
 
@@ -74,17 +75,20 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
   const std::string name = sidecar_name(file);
   std::error_code ignored;
   if (!std::filesystem::exists(name, ignored)) {
-    throw_input_error(file, "",
-                      fmt::format("a sidecar {} beside it, with the keys extent: [X, Y, Z] and type", name),
-                      "none");
+    throw_input_error(
+        file, "",
+        fmt::format("a sidecar {} beside it, with the keys extent: [X, Y, Z] and type", name),
+        "none");
   }
   Sidecar sidecar;
   const auto number = [](const YamlValue& value) { return value.integer(0, kLargest); };
-  YamlValue::from_file(named_file(file, "sidecar", std::filesystem::path(name).filename().string(), options))
+  YamlValue::from_file(
+      named_file(file, "sidecar", std::filesystem::path(name).filename().string(), options))
       .fields({
           {"extent",
            [&](const YamlValue& v) {
-             for (const YamlValue& n : three(v, "three sizes [x, y, z]")) sidecar.extent.push_back(number(n));
+             for (const YamlValue& n : three(v, "three sizes [x, y, z]"))
+               sidecar.extent.push_back(number(n));
            },
            true},
           {"steps", [&](const YamlValue& v) { sidecar.steps = v.integer(1, kLargest); }},
@@ -94,14 +98,18 @@ Sidecar read_sidecar(const std::string& file, const OpenOptions& options) {
            },
            true},
           {"kind",
-           [&](const YamlValue& v) { sidecar.kind = named(v, volume_kind_from_name, "labels or scalars"); }},
+           [&](const YamlValue& v) {
+             sidecar.kind = named(v, volume_kind_from_name, "labels or scalars");
+           }},
           {"voxel_size",
            [&](const YamlValue& v) {
              sidecar.voxel_size = three_numbers(v, "three positive numbers [x, y, z]", true);
            }},
           {"voxel_unit", [&](const YamlValue& v) { sidecar.voxel_unit = v.any_text(); }},
           {"offset",
-           [&](const YamlValue& v) { sidecar.offset = three_numbers(v, "three numbers [x, y, z]", false); }},
+           [&](const YamlValue& v) {
+             sidecar.offset = three_numbers(v, "three numbers [x, y, z]", false);
+           }},
           {"byte_order",
            [&](const YamlValue& v) {
              const std::string order = v.text("little or big");
@@ -122,12 +130,14 @@ std::unique_ptr<VolumeSource> open_raw(const VolumePath& path, const OpenOptions
   MappedFile file(path.file, MappedFile::Least::kBegin);
   const std::string sidecar_path = sidecar_name(path.file);
   const Sidecar sidecar = read_sidecar(path.file, options);
-  const Interpretation meaning = interpret(path.file, {sidecar.type, sidecar.type == VoxelType::kI16},
-                                           options.kind, sidecar.kind, FloatLabels::kConverted);
+  const Interpretation meaning =
+      interpret(path.file, {sidecar.type, sidecar.type == VoxelType::kI16}, options.kind,
+                sidecar.kind, FloatLabels::kConverted);
   std::vector<std::uint64_t> sizes = sidecar.extent;
   if (sidecar.steps) sizes.push_back(*sidecar.steps);
-  const std::string letters = options.axes.empty() ? std::string("xyzt").substr(0, sizes.size())
-                                                   : letters_of(sidecar_path, "extent", sizes, options);
+  const std::string letters = options.axes.empty()
+                                  ? std::string("xyzt").substr(0, sizes.size())
+                                  : letters_of(sidecar_path, "extent", sizes, options);
   const StoredAxes axes = resolve_axes(sidecar_path, "extent", sizes, letters, meaning.type);
   VolumeInfo info{.extent = {},
                   .type = meaning.type,
@@ -156,8 +166,8 @@ void write_raw(const VolumePath& path, const VolumeSource& source) {
   YAML::Emitter yaml;
   yaml << YAML::BeginMap;
   const Extent step = info.step_extent();
-  yaml << YAML::Key << "extent" << YAML::Value << YAML::Flow << YAML::BeginSeq << step.x << step.y << step.z
-       << YAML::EndSeq;
+  yaml << YAML::Key << "extent" << YAML::Value << YAML::Flow << YAML::BeginSeq << step.x << step.y
+       << step.z << YAML::EndSeq;
   if (info.time_steps > 1) yaml << YAML::Key << "steps" << YAML::Value << info.time_steps;
   yaml << YAML::Key << "type" << YAML::Value << std::string(name_of(info.type));
   yaml << YAML::Key << "kind" << YAML::Value << std::string(name_of(info.kind));
@@ -169,8 +179,9 @@ void write_raw(const VolumePath& path, const VolumeSource& source) {
     for (const double coordinate : info.offset) yaml << fmt::format("{}", coordinate);
     yaml << YAML::EndSeq;
   }
-  const std::array texts{std::pair{"voxel_unit", info.voxel_unit}, std::pair{"name", provenance.name},
-                         std::pair{"source", provenance.source}, std::pair{"licence", provenance.licence}};
+  const std::array texts{std::pair{"voxel_unit", info.voxel_unit},
+                         std::pair{"name", provenance.name}, std::pair{"source", provenance.source},
+                         std::pair{"licence", provenance.licence}};
   for (const auto& [key, text] : texts) {
     if (!text.empty()) yaml << YAML::Key << key << YAML::Value << text;
   }

@@ -32,7 +32,8 @@ void read_numbers(const std::string& file, std::string_view text, const StoredTy
     at = text.find_first_not_of(kBlanks, end);
   }
   if (count != expected)
-    throw_input_error(file, "voxels", fmt::format("{} numbers", expected), fmt::format("{}", count));
+    throw_input_error(file, "voxels", fmt::format("{} numbers", expected),
+                      fmt::format("{}", count));
 }
 
 int digit_of(char c) {

@@ -28,7 +28,8 @@ void UnfinishedOutputs::remove(const std::string& path) { registry().names.erase
 
 void abandon_outputs() {
   registry().mutex.lock();  // for good
-  // A library that opens a file by its name may make it once more between the first pass and its end.
+  // A library that opens a file by its name may make it once more between the first pass and its
+  // end.
   for (int pass = 0; pass < 2; ++pass) {
     for (const std::string& name : registry().names) {
       std::error_code ignored;

@@ -15,7 +15,9 @@
 
 namespace cvr::volumes {
 
-YamlValue YamlValue::from_file(const std::string& path) { return from_text(std::string(MappedFile(path).text()), path); }
+YamlValue YamlValue::from_file(const std::string& path) {
+  return from_text(std::string(MappedFile(path).text()), path);
+}
 
 YamlValue YamlValue::from_text(const std::string& text, const std::string& document) {
   return YamlValue(load_yaml(text, document), document);
@@ -28,7 +30,8 @@ namespace {
 /// In quotes, as much as a line of an error holds.
 std::string shown(const std::string& text) {
   constexpr std::size_t kLongest = 120;
-  return fmt::format("'{}'", text.size() <= kLongest ? printable(text) : printable(text.substr(0, kLongest)) + "...");
+  return fmt::format("'{}'", text.size() <= kLongest ? printable(text)
+                                                     : printable(text.substr(0, kLongest)) + "...");
 }
 
 }  // namespace
@@ -63,7 +66,8 @@ void YamlValue::expected_number(const std::string& what) const {
 
 std::string YamlValue::text(std::string_view what) const {
   if (!node_.IsScalar()) expected(what);
-  if (unprintable_at(node_.Scalar())) expected(fmt::format("{} of one line without control characters", what));
+  if (unprintable_at(node_.Scalar()))
+    expected(fmt::format("{} of one line without control characters", what));
   return node_.Scalar();
 }
 
@@ -74,14 +78,16 @@ std::string YamlValue::any_text(std::string_view what) const {
 
 std::uint64_t YamlValue::integer(std::uint64_t minimum, std::uint64_t maximum) const {
   const auto value = node_.IsScalar() ? parse_unsigned(node_.Scalar()) : std::nullopt;
-  if (!value || *value < minimum || *value > maximum) expected_number(fmt::format("an integer in {}..{}", minimum, maximum));
+  if (!value || *value < minimum || *value > maximum)
+    expected_number(fmt::format("an integer in {}..{}", minimum, maximum));
   return *value;
 }
 
 double YamlValue::number(double minimum, double maximum) const {
   const auto value = node_.IsScalar() ? parse_real(node_.Scalar()) : std::nullopt;
   if (!value || *value < minimum || *value > maximum) {
-    const bool any = minimum == std::numeric_limits<double>::lowest() && maximum == std::numeric_limits<double>::max();
+    const bool any = minimum == std::numeric_limits<double>::lowest() &&
+                     maximum == std::numeric_limits<double>::max();
     expected_number(any ? "a finite number" : fmt::format("a number in {}..{}", minimum, maximum));
   }
   return *value;

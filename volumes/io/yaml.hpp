@@ -1,6 +1,6 @@
 // Strict reading of YAML: every node knows its place, every unexpected thing is an InputError
-// "FILE:LINE:COLUMN: expected ..., found ...". Unknown and repeated keys are errors, with the nearest known
-// key as a hint.
+// "FILE:LINE:COLUMN: expected ..., found ...". Unknown and repeated keys are errors, with the
+// nearest known key as a hint.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -56,7 +56,8 @@ class YamlValue {
   void fields(const std::vector<Field>& known) const;
 
  private:
-  YamlValue(YAML::Node node, std::string document) : node_(std::move(node)), document_(std::move(document)) {}
+  YamlValue(YAML::Node node, std::string document)
+      : node_(std::move(node)), document_(std::move(document)) {}
   [[noreturn]] void expected_number(const std::string& what) const;
   std::string describe() const;
 

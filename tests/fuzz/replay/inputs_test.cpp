@@ -1,5 +1,6 @@
-// Every input of tests/corpus and tests/fuzz/found through its target, in every build: the found ones are regression tests of what
-// libFuzzer found, the corpora reach most of what the decoders and readers can do.
+// Every input of tests/corpus and tests/fuzz/found through its target, in every build: the found
+// ones are regression tests of what libFuzzer found, the corpora reach most of what the decoders
+// and readers can do.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +15,8 @@
 namespace cvr::fuzz {
 namespace {
 
-constexpr std::uintmax_t kLargestInput = 6000;  ///< of the corpora; an HDF5 file with a chunk takes 4.9 KB
+constexpr std::uintmax_t kLargestInput =
+    6000;  ///< of the corpora; an HDF5 file with a chunk takes 4.9 KB
 constexpr std::uintmax_t kLargestCorpora = 400 << 10;  ///< all together
 
 const std::filesystem::path kCorpora = CVR_SOURCE_DIR "/tests/corpus";
@@ -76,7 +78,8 @@ TEST(Corpora, AreSmallAndBelongToTargets) {
     for (const auto& path : files_in(root)) {
       const std::string folder = path.parent_path().filename().string();
       const std::string target = folder.substr(0, folder.find('-')) + ".cpp";
-      EXPECT_TRUE(std::filesystem::exists(CVR_SOURCE_DIR "/tests/fuzz/targets/" + target)) << path << " belongs to no target";
+      EXPECT_TRUE(std::filesystem::exists(CVR_SOURCE_DIR "/tests/fuzz/targets/" + target))
+          << path << " belongs to no target";
     }
   }
 }

@@ -5,5 +5,6 @@ CVR_FUZZ_TARGET(hdf5, input) {
   static const cvr::fuzz::InputFolder kFolder;
   const std::string path = kFolder.write("v.h5", input);
   cvr::fuzz::exercise_volume(path);
-  cvr::fuzz::exercise_volume(path + ":/volumes/labels", {.kind = cvr::volumes::VolumeKind::kLabels, .axes = {}});
+  cvr::fuzz::exercise_volume(path + ":/volumes/labels",
+                             {.kind = cvr::volumes::VolumeKind::kLabels, .axes = {}});
 }

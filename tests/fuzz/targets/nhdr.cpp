@@ -9,7 +9,8 @@ const cvr::fuzz::InputFolder& folder_with_data() {
   [[maybe_unused]] static const bool kWritten = [] {
     const std::string data(64, '\1');
     std::string packed;
-    cvr::volumes::GzipWriter writer([&](std::span<const std::byte> piece) { packed += cvr::fuzz::text_of(piece); }, 6);
+    cvr::volumes::GzipWriter writer(
+        [&](std::span<const std::byte> piece) { packed += cvr::fuzz::text_of(piece); }, 6);
     writer.write(std::as_bytes(std::span(data)));
     writer.finish();
     for (const char* name : {"v.raw", "v1.raw", "v2.raw", "v3.raw"}) kFolder.write(name, data);
@@ -21,4 +22,6 @@ const cvr::fuzz::InputFolder& folder_with_data() {
 
 }  // namespace
 
-CVR_FUZZ_TARGET(nhdr, input) { cvr::fuzz::exercise_volume(folder_with_data().write("v.nhdr", input)); }
+CVR_FUZZ_TARGET(nhdr, input) {
+  cvr::fuzz::exercise_volume(folder_with_data().write("v.nhdr", input));
+}

@@ -5,7 +5,8 @@
 CVR_FUZZ_TARGET(noise, input) {
   static const cvr::fuzz::InputFolder kFolder;
   const std::string path = kFolder.write("noise.json", input);
-  for (const auto arrangement : {cvr::experiments::Arrangement::kApart, cvr::experiments::Arrangement::kInterleaved}) {
+  for (const auto arrangement :
+       {cvr::experiments::Arrangement::kApart, cvr::experiments::Arrangement::kInterleaved}) {
     try {
       cvr::experiments::load_floors(path, "m", arrangement).of("decode");
     } catch (const cvr::volumes::InputError&) {

@@ -1,4 +1,5 @@
-// A payload alone, of the codec that is the variant: all that its decoder can be asked, and the decoder texts of the GPU as C++.
+// A payload alone, of the codec that is the variant: all that its decoder can be asked, and the
+// decoder texts of the GPU as C++.
 #include <map>
 
 #include "codecs/registry.hpp"
@@ -39,7 +40,8 @@ CVR_FUZZ_TARGET_WITH_VARIANTS(payload, codec_ids, id, input) {
   if (codec == nullptr) std::abort();  // no such variant
   const auto& corners = corners_of(*codec);
   if (input.size() < cvr::fuzz::kPayloadChoices) return;
-  cvr::codecs::Stream stream = cvr::fuzz::stream_of(*codec, corners, input.first<cvr::fuzz::kPayloadChoices>());
+  cvr::codecs::Stream stream =
+      cvr::fuzz::stream_of(*codec, corners, input.first<cvr::fuzz::kPayloadChoices>());
   const std::vector<std::byte> payload(input.begin() + cvr::fuzz::kPayloadChoices, input.end());
   stream.payload = payload;
   cvr::fuzz::exercise_payload(*codec, stream);

@@ -4,7 +4,8 @@
 CVR_FUZZ_TARGET(raw_sidecar, input) {
   if (input.empty()) return;
   static const cvr::fuzz::InputFolder kFolder;
-  const std::string path = kFolder.write("v.raw", std::string(std::to_integer<std::size_t>(input[0]), '\1'));
+  const std::string path =
+      kFolder.write("v.raw", std::string(std::to_integer<std::size_t>(input[0]), '\1'));
   kFolder.write("v.raw.yaml", input.subspan(1));
   cvr::fuzz::exercise_volume(path);
 }

@@ -1,4 +1,5 @@
-// What the command line says in small texts: the lines of the input as --set, as --only, and as parameters of a codec.
+// What the command line says in small texts: the lines of the input as --set, as --only, and as
+// parameters of a codec.
 #include "codecs/registry.hpp"
 #include "experiments/cli/run_choices.hpp"
 #include "experiments/config.hpp"
@@ -8,10 +9,12 @@ CVR_FUZZ_TARGET(settings, input) {
   using namespace cvr::experiments;
   static const cvr::fuzz::InputFolder kFolder;
   static const Catalogue kCatalogue = Catalogue::from_folder(CVR_SOURCE_DIR "/configs/datasets");
-  static const std::string kPath = kFolder.write("c.yaml",
-                                                 "title: t\nmatrix:\n  - datasets: [{generator: cells, extent: [9, 8, 7], name: g}]\n"
-                                                 "    codecs: [raw, {id: csgv-rans, parameters: {brick: [16, 32]}}]\n    stages: [encode, decode]\n"
-                                                 "tables: [{name: n, title: t, rows: [dataset, codec], columns: [rate]}]\n");
+  static const std::string kPath = kFolder.write(
+      "c.yaml",
+      "title: t\nmatrix:\n  - datasets: [{generator: cells, extent: [9, 8, 7], name: g}]\n"
+      "    codecs: [raw, {id: csgv-rans, parameters: {brick: [16, 32]}}]\n    stages: [encode, "
+      "decode]\n"
+      "tables: [{name: n, title: t, rows: [dataset, codec], columns: [rate]}]\n");
   static const Config kConfig = load_config(kPath, kCatalogue, {});
   std::vector<std::string> lines;
   std::string_view text = cvr::fuzz::text_of(input);
@@ -33,7 +36,8 @@ CVR_FUZZ_TARGET(settings, input) {
     const auto parsed = cvr::codecs::Parameters::parse(codec->parameters(), lines);
     if (!parsed) continue;
     // The canonical form says the same.
-    const auto again = cvr::codecs::Parameters::parse(codec->parameters(), cvr::codecs::split_canonical(parsed->canonical()));
+    const auto again = cvr::codecs::Parameters::parse(
+        codec->parameters(), cvr::codecs::split_canonical(parsed->canonical()));
     if (!again || again->canonical() != parsed->canonical()) std::abort();
   }
 }

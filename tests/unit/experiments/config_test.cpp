@@ -1,4 +1,5 @@
-// Configurations: every mistake is an error with its line and column; products expand in a fixed order.
+// Configurations: every mistake is an error with its line and column; products expand in a fixed
+// order.
 #include "experiments/config.hpp"
 
 #include <gmock/gmock.h>
@@ -82,8 +83,8 @@ TEST_F(ConfigTest, ProductsExpandInOrder) {
     if (cell.stage == Stage::kEncode && cell.threads.text == "1")
       encode_one_thread.push_back(cell.parameters.canonical());
   }
-  EXPECT_THAT(encode_one_thread, ElementsAre("", "brick=16;delta=0", "brick=16;delta=1", "brick=32;delta=0",
-                                             "brick=32;delta=1"));
+  EXPECT_THAT(encode_one_thread, ElementsAre("", "brick=16;delta=0", "brick=16;delta=1",
+                                             "brick=32;delta=0", "brick=32;delta=1"));
   EXPECT_EQ(config.cells.size(), 5u * 2 * 2);
   EXPECT_EQ(config.cells.back().threads.count, std::max(1u, std::thread::hardware_concurrency()));
   EXPECT_EQ(config.cells[0].dataset->generated_extent(), (volumes::Extent{5, 10, 15}));
@@ -100,7 +101,8 @@ TEST_F(ConfigTest, BlocksThatOverlapGiveEachCellOnce) {
 TEST_F(ConfigTest, UnknownKeyNamesPlaceAndNearestKey) {
   EXPECT_THAT(error(std::string(kGood) + "ruonds: 3\n"),
               HasSubstr("c.yaml:6:1: expected one of the keys title"));
-  EXPECT_THAT(error(std::string(kGood) + "ruonds: 3\n"), EndsWith("found 'ruonds' (did you mean 'rounds'?)"));
+  EXPECT_THAT(error(std::string(kGood) + "ruonds: 3\n"),
+              EndsWith("found 'ruonds' (did you mean 'rounds'?)"));
 }
 
 TEST_F(ConfigTest, RepeatedKey) {
@@ -125,32 +127,35 @@ TEST_F(ConfigTest, EmptyOrMissingMatrix) {
 }
 
 TEST_F(ConfigTest, UnknownCodecDatasetStageMetric) {
-  EXPECT_THAT(
-      error("matrix:\n  - {datasets: [blob], codecs: [rwa], stages: [encode]}\n"),
-      testing::AllOf(HasSubstr("c.yaml:2:33: expected a codec of this build (raw"), EndsWith("found 'rwa'")));
+  EXPECT_THAT(error("matrix:\n  - {datasets: [blob], codecs: [rwa], stages: [encode]}\n"),
+              testing::AllOf(HasSubstr("c.yaml:2:33: expected a codec of this build (raw"),
+                             EndsWith("found 'rwa'")));
   EXPECT_THAT(error("matrix:\n  - {datasets: [blub], codecs: [raw], stages: [encode]}\n"),
               testing::AllOf(HasSubstr("c.yaml:2:17: "), HasSubstr("did you mean 'blob'?"),
                              EndsWith("found 'blub'")));
   EXPECT_EQ(error("matrix:\n  - {datasets: [blob], codecs: [raw], stages: [encoding]}\n"),
             "c.yaml:2:48: expected encode, decode, random-access or render, found 'encoding'");
-  EXPECT_THAT(
-      error(std::string(kGood) + "tables:\n  - {name: a, title: b, rows: [dataset], columns: [ratte]}\n"),
-      testing::AllOf(HasSubstr("c.yaml:7:52: "), HasSubstr("did you mean 'rat")));
+  EXPECT_THAT(error(std::string(kGood) +
+                    "tables:\n  - {name: a, title: b, rows: [dataset], columns: [ratte]}\n"),
+              testing::AllOf(HasSubstr("c.yaml:7:52: "), HasSubstr("did you mean 'rat")));
 }
 
 TEST_F(ConfigTest, LabelsOfTableLinesAreKnownNames) {
-  EXPECT_THAT(error(std::string(kGood) + "tables:\n  - {name: a, title: b, rows: [brik], columns: [rate]}\n"),
+  EXPECT_THAT(error(std::string(kGood) +
+                    "tables:\n  - {name: a, title: b, rows: [brik], columns: [rate]}\n"),
               testing::AllOf(HasSubstr("c.yaml:7:32: expected one of dataset, extent"),
                              HasSubstr("did you mean 'brick'?")));
 }
 
 TEST_F(ConfigTest, CodecParametersAreChecked) {
-  EXPECT_EQ(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brick: 17}}]\n "
+  EXPECT_EQ(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: "
+                  "{brick: 17}}]\n "
                   "   stages: [encode]\n"),
             "c.yaml:3:45: csgv-nibble: parameter 'brick': expected 16, 32, 64, found '17'");
-  EXPECT_THAT(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brik: "
-                    "16}}]\n    stages: [encode]\n"),
-              HasSubstr("c.yaml:3:45: csgv-nibble: unknown parameter 'brik'"));
+  EXPECT_THAT(
+      error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: {brik: "
+            "16}}]\n    stages: [encode]\n"),
+      HasSubstr("c.yaml:3:45: csgv-nibble: unknown parameter 'brik'"));
 }
 
 TEST_F(ConfigTest, BrokenYamlAndMissingFile) {
@@ -160,19 +165,24 @@ TEST_F(ConfigTest, BrokenYamlAndMissingFile) {
 
 TEST_F(ConfigTest, SettingsWinAndAreChecked) {
   EXPECT_EQ(load(kGood, {"rounds=3", "scale=0.1"}).rounds, 3u);
-  EXPECT_EQ(load(kGood, {"scale=0.1"}).cells[0].dataset->generated_extent(), (volumes::Extent{1, 2, 3}));
+  EXPECT_EQ(load(kGood, {"scale=0.1"}).cells[0].dataset->generated_extent(),
+            (volumes::Extent{1, 2, 3}));
   EXPECT_THAT(error(kGood, {"rouns=3"}), EndsWith("found 'rouns' (did you mean 'rounds'?)"));
-  EXPECT_EQ(error(kGood, {"rounds=x"}), "--set rounds:1:1: expected an integer in 1..100000, found 'x'");
+  EXPECT_EQ(error(kGood, {"rounds=x"}),
+            "--set rounds:1:1: expected an integer in 1..100000, found 'x'");
 }
 
 TEST_F(ConfigTest, GeneratedVolumesAreDescribedInPlace) {
   const Config config = load(
-      "matrix:\n  - {datasets: [{generator: worst-case, extent: [3, 4, 5]}], codecs: [raw], stages: "
+      "matrix:\n  - {datasets: [{generator: worst-case, extent: [3, 4, 5]}], codecs: [raw], "
+      "stages: "
       "[encode]}\n");
   EXPECT_EQ(config.cells[0].dataset->name, "worst-case-3x4x5");
-  EXPECT_THAT(error("matrix:\n  - {datasets: [{generator: worst, extent: [3, 4, 5]}], codecs: [raw], stages: "
-                    "[encode]}\n"),
-              HasSubstr("c.yaml:2:29: expected one of "));
+  EXPECT_THAT(
+      error(
+          "matrix:\n  - {datasets: [{generator: worst, extent: [3, 4, 5]}], codecs: [raw], stages: "
+          "[encode]}\n"),
+      HasSubstr("c.yaml:2:29: expected one of "));
 }
 
 TEST(CellId, IsStableAndDependsOnEverything) {
@@ -187,10 +197,11 @@ TEST(CellId, IsStableAndDependsOnEverything) {
   };
   const Cell cell = make();
   // Golden: results of earlier runs are found by it.
-  EXPECT_EQ(canonical_text(cell, "0123456789abcdef"),
-            "measurement=1\ndataset=blob\ndata=0123456789abcdef\nbytes_per_voxel=0\ncodec=raw\nversion="
-            "1\nparameters=\nstage=encode\n"
-            "threads=1\n");
+  EXPECT_EQ(
+      canonical_text(cell, "0123456789abcdef"),
+      "measurement=1\ndataset=blob\ndata=0123456789abcdef\nbytes_per_voxel=0\ncodec=raw\nversion="
+      "1\nparameters=\nstage=encode\n"
+      "threads=1\n");
   EXPECT_EQ(cell_id(cell, "0123456789abcdef"), cell_id(make(), "0123456789abcdef"));
   EXPECT_EQ(cell_id(cell, "0123456789abcdef"), "2dfb3b1836034b82");
   EXPECT_NE(cell_id(cell, "0123456789abcdef"), cell_id(cell, "0123456789abcdee"));
@@ -219,7 +230,8 @@ TEST_F(ConfigTest, AbsentDataIsAReasonAndStandInsSaySo) {
   load(kGood);
   const Catalogue catalogue = Catalogue::from_folder(folder_ / "datasets");
   EXPECT_THAT(locate(*catalogue.find("scan"), {}).missing, HasSubstr("CVRBENCH_DATA"));
-  EXPECT_THAT(locate(*catalogue.find("scan"), {folder_ / "", ""}).missing, HasSubstr("scan.h5 is absent"));
+  EXPECT_THAT(locate(*catalogue.find("scan"), {folder_ / "", ""}).missing,
+              HasSubstr("scan.h5 is absent"));
   Dataset blob = *catalogue.find("blob");
   blob.scale = 0.5;
   const Location location = locate(blob, {});
@@ -232,13 +244,19 @@ TEST_F(ConfigTest, AbsentDataIsAReasonAndStandInsSaySo) {
 }
 
 TEST_F(ConfigTest, SeriesAreLocatedWholeOrByStep) {
-  folder_.write("datasets/b.yaml",
-                "field:\n  title: F\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 3\n  generator: moving\n"
-                "kept:\n  title: K\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 3\n  file: " +
-                    (folder_ / "k.h5") + "\nsecond:\n  title: S\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  file: \"" +
-                    (folder_ / "k.h5[1]") +
-                    "\"\nshort:\n  title: S\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 2\n  file: " + (folder_ / "k.h5") +
-                    "\nwrong:\n  title: W\n  kind: labels\n  type: u32\n  extent: [6, 5, 4]\n  steps: 2\n  generator: cells\n");
+  folder_.write(
+      "datasets/b.yaml",
+      "field:\n  title: F\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 3\n  "
+      "generator: moving\n"
+      "kept:\n  title: K\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 3\n  file: " +
+          (folder_ / "k.h5") +
+          "\nsecond:\n  title: S\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  file: \"" +
+          (folder_ / "k.h5[1]") +
+          "\"\nshort:\n  title: S\n  kind: scalars\n  type: u8\n  extent: [6, 5, 4]\n  steps: 2\n  "
+          "file: " +
+          (folder_ / "k.h5") +
+          "\nwrong:\n  title: W\n  kind: labels\n  type: u32\n  extent: [6, 5, 4]\n  steps: 2\n  "
+          "generator: cells\n");
   const Catalogue catalogue = Catalogue::from_folder(folder_ / "datasets");
   const Location field = locate(*catalogue.find("field"), {});
   EXPECT_EQ(field.info.extent, (volumes::Extent{6, 5, 12}));
@@ -250,54 +268,77 @@ TEST_F(ConfigTest, SeriesAreLocatedWholeOrByStep) {
   const Location second = locate(*catalogue.find("second"), {});
   EXPECT_EQ(second.info.time_steps, 1u);
   EXPECT_EQ(open_location(second, 1)->info().extent, (volumes::Extent{6, 5, 4}));
-  EXPECT_THAT(locate(*catalogue.find("short"), {}).missing,
-              HasSubstr("holds 6x5x4 in 3 time steps u8, its description says 6x5x4 in 2 time steps u8"));
+  EXPECT_THAT(
+      locate(*catalogue.find("short"), {}).missing,
+      HasSubstr("holds 6x5x4 in 3 time steps u8, its description says 6x5x4 in 2 time steps u8"));
   EXPECT_THROW(locate(*catalogue.find("wrong"), {}), volumes::InputError);
 }
 
 TEST_F(ConfigTest, ADamagedHashIsNoMatch) {
-  folder_.write("datasets/b.yaml", "f:\n  title: F\n  kind: labels\n  type: u8\n  extent: [1, 1, 1]\n  file: " + (folder_ / "c.yaml") +
-                                       "\n  hash: 0123456789abcdef\n");
+  folder_.write("datasets/b.yaml",
+                "f:\n  title: F\n  kind: labels\n  type: u8\n  extent: [1, 1, 1]\n  file: " +
+                    (folder_ / "c.yaml") + "\n  hash: 0123456789abcdef\n");
   folder_.write("c.yaml", "x");
   const Catalogue catalogue = Catalogue::from_folder(folder_ / "datasets");
-  EXPECT_THAT(locate(*catalogue.find("f"), {}).missing, HasSubstr("its description says 0123456789abcdef"));
+  EXPECT_THAT(locate(*catalogue.find("f"), {}).missing,
+              HasSubstr("its description says 0123456789abcdef"));
 }
 
 TEST_F(ConfigTest, AxesAndExternalFilesBelongToFilesAndToTheirIdentity) {
-  const auto block = [](const std::string& dataset) { return "matrix:\n  - {datasets: [" + dataset + "], codecs: [raw], stages: [encode]}\n"; };
-  const Config plain = load(block("scan")), named = load(block("{name: scan, axes: zyx, allow_external: true}"));
+  const auto block = [](const std::string& dataset) {
+    return "matrix:\n  - {datasets: [" + dataset + "], codecs: [raw], stages: [encode]}\n";
+  };
+  const Config plain = load(block("scan")),
+               named = load(block("{name: scan, axes: zyx, allow_external: true}"));
   EXPECT_EQ(named.cells.front().dataset->axes, "zyx");
   EXPECT_TRUE(named.cells.front().dataset->allow_external);
   EXPECT_EQ(plain.cells.front().dataset->axes, "");
   EXPECT_FALSE(plain.cells.front().dataset->allow_external);
   EXPECT_NE(plain.cells.front().row_key(), named.cells.front().row_key());
-  EXPECT_EQ(plain.cells.front().row_key(), "scan|4x5x6|memcpy||1|encode") << "keys of rows without axes stay as they were";
-  EXPECT_EQ(error(block("{name: scan, axes: zy}")), "c.yaml:2:36: expected the letters x, y, z and where there are such axes t and c, each once, for "
-                                                    "instance zyx, found 'zy'");
+  EXPECT_EQ(plain.cells.front().row_key(), "scan|4x5x6|memcpy||1|encode")
+      << "keys of rows without axes stay as they were";
+  EXPECT_EQ(error(block("{name: scan, axes: zy}")),
+            "c.yaml:2:36: expected the letters x, y, z and where there are such axes t and c, each "
+            "once, for "
+            "instance zyx, found 'zy'");
   EXPECT_THAT(error(block("{name: scan, axes: zzyx}")), HasSubstr("found 'zzyx'"));
-  EXPECT_THAT(error(block("{name: scan, allow_external: maybe}")), HasSubstr("expected true or false, found 'maybe'"));
-  EXPECT_THAT(error(block("{name: blob, axes: zyx}")), HasSubstr("only for a file, found what is generated"));
+  EXPECT_THAT(error(block("{name: scan, allow_external: maybe}")),
+              HasSubstr("expected true or false, found 'maybe'"));
+  EXPECT_THAT(error(block("{name: blob, axes: zyx}")),
+              HasSubstr("only for a file, found what is generated"));
 }
 
 TEST_F(ConfigTest, SizesThatNothingHoldsAreRefused) {
-  EXPECT_THAT(error("matrix:\n  - {datasets: [{generator: cells, extent: [1048576, 1048576, 1048576]}], codecs: [raw], stages: [encode]}\n"),
+  EXPECT_THAT(error("matrix:\n  - {datasets: [{generator: cells, extent: [1048576, 1048576, "
+                    "1048576]}], codecs: [raw], stages: [encode]}\n"),
               HasSubstr("voxels in all"));
-  folder_.write("datasets/a.yaml", "huge:\n  title: T\n  kind: labels\n  type: u8\n  extent: [1099511627776, 1099511627776, 1]\n  file: x.h5\n");
+  folder_.write("datasets/a.yaml",
+                "huge:\n  title: T\n  kind: labels\n  type: u8\n  extent: [1099511627776, "
+                "1099511627776, 1]\n  file: x.h5\n");
   EXPECT_THROW(Catalogue::from_folder(folder_ / "datasets"), volumes::InputError);
 }
 
 TEST_F(ConfigTest, NamesAreOneLineWithoutControlCharacters) {
   for (const char* title : {"\"a\\nb\"", "\"\\e[2J\"", "\"\\x9b\"", "|\n  a\n  b"})
-    EXPECT_THAT(error(std::string("title: ") + title + "\nmatrix: []\n"), HasSubstr("of one line without control characters")) << title;
-  const std::string table = std::string(kGood) + "tables:\n  - {name: NAME, title: b, rows: [dataset], columns: [rate]}\n";
-  const auto named = [&](const std::string& name) { return std::string(table).replace(table.find("NAME"), 4, name); };
-  for (const char* name : {"../a", "a/b", ".a", "\"\"", "\"a\\tb\""}) EXPECT_NE(error(named(name)), "no error") << name;
+    EXPECT_THAT(error(std::string("title: ") + title + "\nmatrix: []\n"),
+                HasSubstr("of one line without control characters"))
+        << title;
+  const std::string table =
+      std::string(kGood) +
+      "tables:\n  - {name: NAME, title: b, rows: [dataset], columns: [rate]}\n";
+  const auto named = [&](const std::string& name) {
+    return std::string(table).replace(table.find("NAME"), 4, name);
+  };
+  for (const char* name : {"../a", "a/b", ".a", "\"\"", "\"a\\tb\""})
+    EXPECT_NE(error(named(name)), "no error") << name;
   EXPECT_EQ(error(named("a b")), "no error");
-  EXPECT_THAT(error(named("a") + "  - {name: a, title: b, rows: [dataset], columns: [rate]}\n"), HasSubstr("tables of different names, found 'a' twice"));
+  EXPECT_THAT(error(named("a") + "  - {name: a, title: b, rows: [dataset], columns: [rate]}\n"),
+              HasSubstr("tables of different names, found 'a' twice"));
 }
 
 TEST_F(ConfigTest, StagesHaveNeighbours) {
-  EXPECT_THAT(error("matrix:\n  - {datasets: [blob], codecs: [raw], stages: [encdoe]}\n"), HasSubstr("(did you mean 'encode'?)"));
+  EXPECT_THAT(error("matrix:\n  - {datasets: [blob], codecs: [raw], stages: [encdoe]}\n"),
+              HasSubstr("(did you mean 'encode'?)"));
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ TEST(Escaping, MarkdownMarksAreWords) {
 
 TEST(Escaping, LatexCommandsAreWords) {
   EXPECT_EQ(escape_latex("\\write18{x}"), "\\textbackslash{}write18\\{x\\}");
-  EXPECT_EQ(escape_latex("50 % a_b #1 & $x$ ~ ^"), "50 \\% a\\_b \\#1 \\& \\$x\\$ \\textasciitilde{} \\textasciicircum{}");
+  EXPECT_EQ(escape_latex("50 % a_b #1 & $x$ ~ ^"),
+            "50 \\% a\\_b \\#1 \\& \\$x\\$ \\textasciitilde{} \\textasciicircum{}");
   EXPECT_EQ(escape_latex("a\n\\input{x}"), "a\\textbackslash{}n\\textbackslash{}input\\{x\\}");
   EXPECT_EQ(escape_latex("<|>"), "\\textless{}\\textbar{}\\textgreater{}");
 }

@@ -13,17 +13,23 @@
 namespace cvr::experiments {
 namespace {
 
-Round round_of(double seconds) { return {{{"encode", seconds, seconds / 2, 7}, {"step", 1, 1, 0}}, 2 * seconds}; }
+Round round_of(double seconds) {
+  return {{{"encode", seconds, seconds / 2, 7}, {"step", 1, 1, 0}}, 2 * seconds};
+}
 
 class JournalTest : public testing::Test {
  protected:
   std::vector<double> seconds(const Journal& journal, const std::string& cell) const {
     std::vector<double> found;
-    for (const Round& round : journal.rounds_of(cell)) found.push_back(round.samples.at(0).wall_seconds);
+    for (const Round& round : journal.rounds_of(cell))
+      found.push_back(round.samples.at(0).wall_seconds);
     return found;
   }
   std::string error(const std::string& line) const {
-    std::ofstream(path_) << R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", 1, 1, 1]]})" << "\n" << line << "\n";
+    std::ofstream(path_)
+        << R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", 1, 1, 1]]})"
+        << "\n"
+        << line << "\n";
     try {
       const Journal journal(path_, "o", false);
     } catch (const volumes::InputError& error) {
@@ -70,19 +76,25 @@ TEST_F(JournalTest, ForgetsOtherBuildsAndOldRunsAndItself) {
 TEST_F(JournalTest, AWholeLineThatIsNoRoundIsAnErrorWithItsPlace) {
   using testing::HasSubstr;
   EXPECT_THAT(error("nonsense"), HasSubstr("journal.jsonl:2:2: expected JSON"));
-  EXPECT_THAT(error(std::string(300000, '[')), HasSubstr("journal.jsonl:2:65: expected JSON of at most 64 levels"));
-  for (const char* line : {"[]", "7", R"({"cell": "a"})", R"({"cell": 1, "origin": "o", "seconds": 1, "samples": []})",
-                           R"({"cell": "a", "origin": "o", "seconds": 1, "samples": []})",
-                           R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", 1, 1]]})",
-                           R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", -1, 1, 1]]})",
-                           R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", null, 1, 1]]})",
-                           R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", 1, 1, -1]]})",
-                           R"({"cell": "a", "origin": "o", "seconds": "1", "samples": [["s", 1, 1, 1]]})",
-                           R"({"cell": "a", "origin": "o", "samples": [["s", 1, 1, 1]]})"}) {
+  EXPECT_THAT(error(std::string(300000, '[')),
+              HasSubstr("journal.jsonl:2:65: expected JSON of at most 64 levels"));
+  for (const char* line :
+       {"[]", "7", R"({"cell": "a"})", R"({"cell": 1, "origin": "o", "seconds": 1, "samples": []})",
+        R"({"cell": "a", "origin": "o", "seconds": 1, "samples": []})",
+        R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", 1, 1]]})",
+        R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", -1, 1, 1]]})",
+        R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", null, 1, 1]]})",
+        R"({"cell": "a", "origin": "o", "seconds": 1, "samples": [["s", 1, 1, -1]]})",
+        R"({"cell": "a", "origin": "o", "seconds": "1", "samples": [["s", 1, 1, 1]]})",
+        R"({"cell": "a", "origin": "o", "samples": [["s", 1, 1, 1]]})"}) {
     EXPECT_THAT(error(line), HasSubstr("journal.jsonl:2: expected a round")) << line;
   }
-  EXPECT_THAT(error(R"({"cell": "a", "cell": "b", "origin": "o", "seconds": 1, "samples": [["s", 1, 1, 1]]})"), HasSubstr("expected each key once"));
-  EXPECT_EQ(error(R"({"cell": "a", "origin": "of another build", "samples": "unknown"})"), "no error");
+  EXPECT_THAT(
+      error(
+          R"({"cell": "a", "cell": "b", "origin": "o", "seconds": 1, "samples": [["s", 1, 1, 1]]})"),
+      HasSubstr("expected each key once"));
+  EXPECT_EQ(error(R"({"cell": "a", "origin": "of another build", "samples": "unknown"})"),
+            "no error");
 }
 
 }  // namespace

@@ -14,9 +14,12 @@ namespace {
 
 using testing::HasSubstr;
 
-std::vector<std::pair<std::size_t, std::string>> lines_of(const std::string& path, std::uint64_t longest = kLongestLine) {
+std::vector<std::pair<std::size_t, std::string>> lines_of(const std::string& path,
+                                                          std::uint64_t longest = kLongestLine) {
   std::vector<std::pair<std::size_t, std::string>> lines;
-  for_each_line(path, [&](std::size_t number, std::string_view text) { lines.emplace_back(number, text); }, longest);
+  for_each_line(
+      path, [&](std::size_t number, std::string_view text) { lines.emplace_back(number, text); },
+      longest);
   return lines;
 }
 
@@ -60,8 +63,10 @@ TEST(JsonLines, WhatIsNoFileIsAnErrorAndNeverHangs) {
   const ScratchFolder folder;
   std::filesystem::create_directory(folder / "d");
   ASSERT_EQ(mkfifo((folder / "p").c_str(), 0600), 0);
-  EXPECT_THAT(error_of([&] { lines_of(folder / "d"); }), HasSubstr("d: expected a regular file, found a folder"));
-  EXPECT_THAT(error_of([&] { lines_of(folder / "p"); }), HasSubstr("found a device, pipe or socket"));
+  EXPECT_THAT(error_of([&] { lines_of(folder / "d"); }),
+              HasSubstr("d: expected a regular file, found a folder"));
+  EXPECT_THAT(error_of([&] { lines_of(folder / "p"); }),
+              HasSubstr("found a device, pipe or socket"));
   EXPECT_THROW(LineWriter(folder / "d"), volumes::OutputError);
   EXPECT_THROW(LineWriter(folder / "p"), volumes::OutputError);
 }

@@ -18,7 +18,8 @@ class Locations : public testing::Test {
     info.voxel_unit = "nm";
     info.offset = {10, 20, 30};
     volumes::Volume volume(info);
-    for (std::size_t i = 0; i < volume.extent().voxels(); ++i) volume.voxels<std::uint8_t>()[i] = static_cast<std::uint8_t>(i);
+    for (std::size_t i = 0; i < volume.extent().voxels(); ++i)
+      volume.voxels<std::uint8_t>()[i] = static_cast<std::uint8_t>(i);
     volumes::write_volume(folder_ / "v.nrrd", volumes::MemorySource(volume));
     dataset_.name = std::string("volume");
     dataset_.extent = dataset_.full_extent = info.extent;
@@ -63,13 +64,15 @@ TEST_F(Locations, AxesAndExternalFilesAreToldToWorkersAndNameAnotherIdentity) {
 TEST(Sizes, ProductsDoNotOverflow) {
   EXPECT_FALSE(is_too_large({1 << 16, 1 << 16, 1 << 16}));
   EXPECT_TRUE(is_too_large({1 << 16, 1 << 16, (1 << 16) + 1}));
-  EXPECT_TRUE(is_too_large({std::uint64_t{1} << 40, std::uint64_t{1} << 40, std::uint64_t{1} << 40}));
+  EXPECT_TRUE(
+      is_too_large({std::uint64_t{1} << 40, std::uint64_t{1} << 40, std::uint64_t{1} << 40}));
   EXPECT_TRUE(is_too_large({1, 1, 1}, UINT64_MAX));
 }
 
 TEST(Sizes, AxesAreLettersEachOnce) {
   for (const char* good : {"xyz", "zyx", "tzyxc", "xyzt"}) EXPECT_TRUE(are_axes(good)) << good;
-  for (const char* bad : {"", "xy", "xyzz", "xyzq", "XYZ", "xyz "}) EXPECT_FALSE(are_axes(bad)) << bad;
+  for (const char* bad : {"", "xy", "xyzz", "xyzq", "XYZ", "xyz "})
+    EXPECT_FALSE(are_axes(bad)) << bad;
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ class RawCopies : public testing::Test {
   }
   std::vector<std::string> files() const {
     std::vector<std::string> names;
-    for (const auto& file : fs::directory_iterator(folder_ / "cache")) names.push_back(file.path().filename().string());
+    for (const auto& file : fs::directory_iterator(folder_ / "cache"))
+      names.push_back(file.path().filename().string());
     std::ranges::sort(names);
     return names;
   }
@@ -45,7 +46,8 @@ TEST_F(RawCopies, AreMadeOnceAndAnewWhereAnythingWasChanged) {
   ASSERT_EQ(first.path, folder_ / "cache/" + location_.identity + ".raw");
   EXPECT_EQ(first.content_hash.size(), 16u);
   EXPECT_GT(first.labels, 0u);
-  const std::string voxels = text(first.path), sidecar = text(first.path + ".yaml"), record = text(first.path + ".hash");
+  const std::string voxels = text(first.path), sidecar = text(first.path + ".yaml"),
+                    record = text(first.path + ".hash");
   ASSERT_EQ(voxels.size(), location_.info.bytes());
   const auto time = fs::last_write_time(first.path);
   materialise(location_, places_, 2);
@@ -78,7 +80,8 @@ TEST_F(RawCopies, AreMadeOnceAndAnewWhereAnythingWasChanged) {
 TEST_F(RawCopies, SeveralAtOnceGetTheSame) {
   std::vector<std::future<RawCopy>> copies;
   for (int i = 0; i < 8; ++i)
-    copies.push_back(std::async(std::launch::async, [&] { return materialise(location_, places_, 1); }));
+    copies.push_back(
+        std::async(std::launch::async, [&] { return materialise(location_, places_, 1); }));
   const RawCopy expected = materialise(location_, places_, 1);
   for (auto& copy : copies) EXPECT_EQ(copy.get().content_hash, expected.content_hash);
   EXPECT_THAT(files(), testing::SizeIs(4u)) << "copy, sidecar, record, lock";
@@ -90,7 +93,8 @@ TEST_F(RawCopies, AnInterruptionLeavesNothingUnfinished) {
 }
 
 TEST_F(RawCopies, UnfinishedFilesOfKilledRunsAreRemovedAndNoOthers) {
-  const std::string own = location_.identity + ".raw.part0", other = "0123456789abcdef.raw.yaml.part3", foreign = "film.part1";
+  const std::string own = location_.identity + ".raw.part0",
+                    other = "0123456789abcdef.raw.yaml.part3", foreign = "film.part1";
   for (const std::string& name : {own, other, foreign}) folder_.write("cache/" + name, "half");
   materialise(location_, places_, 1);
   EXPECT_FALSE(fs::exists(folder_ / "cache/" + own));

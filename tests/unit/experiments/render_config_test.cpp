@@ -1,4 +1,5 @@
-// The render stage in configurations: products, values that do not matter, keys of rows, and every mistake at its place.
+// The render stage in configurations: products, values that do not matter, keys of rows, and every
+// mistake at its place.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +22,8 @@ constexpr const char* kDatasets =
     "blob: {title: B, kind: labels, type: u32, extent: [10, 20, 30], generator: cells, seed: 1}\n"
     "cloud: {title: C, kind: scalars, type: u8, extent: [10, 20, 30], file: cloud.h5}\n";
 constexpr const char* kScene =
-    "title: S\nkeys: [{eye: [0, 0, 2]}]\nframes: 5\nsize: [80, 60]\nmaterials: [{labels: all}]\nshading: "
+    "title: S\nkeys: [{eye: [0, 0, 2]}]\nframes: 5\nsize: [80, 60]\nmaterials: [{labels: "
+    "all}]\nshading: "
     "shadow\nlod_bias: 0.5\n";
 
 class RenderConfig : public testing::Test {
@@ -31,11 +33,12 @@ class RenderConfig : public testing::Test {
     scene_ = folder_.write("still.yaml", kScene);
   }
   /// A configuration with one block of the render stage; `keys` are lines of it.
-  Config load(const std::string& keys, const std::string& after = "", const std::string& codecs = "[raw]",
-              const std::string& dataset = "blob") {
-    const std::string text =
-        "matrix:\n  - datasets: [" + dataset + "]\n    codecs: " + codecs + "\n    stages: [render]\n" + keys + after;
-    return load_config(folder_.write("c.yaml", text), Catalogue::from_folder(folder_ / "datasets"), {});
+  Config load(const std::string& keys, const std::string& after = "",
+              const std::string& codecs = "[raw]", const std::string& dataset = "blob") {
+    const std::string text = "matrix:\n  - datasets: [" + dataset + "]\n    codecs: " + codecs +
+                             "\n    stages: [render]\n" + keys + after;
+    return load_config(folder_.write("c.yaml", text), Catalogue::from_folder(folder_ / "datasets"),
+                       {});
   }
   std::string scene_line() const { return "    scenes: [" + scene_ + "]\n"; }
   std::string error(const std::string& keys, const std::string& after = "") {
@@ -68,11 +71,12 @@ TEST_F(RenderConfig, TheSceneGivesWhatTheBlockLeavesOut) {
 }
 
 TEST_F(RenderConfig, ProductsLeaveOutWhatDoesNotMatter) {
-  const Config config = load(
-      scene_line() +
-      "    caches: [none, voxel]\n    cache_mib: [1, 2]\n    shadings: [local, ao]\n    ao_samples: [1, 4]\n"
-      "    lod_bias: [0, 1]\n    size: [8, 6]\n    frames: 3\n");
-  // A mode without a cache has one size, a shading without random rays one number of samples: (1 + 2) x (1 + 2) x 2.
+  const Config config = load(scene_line() +
+                             "    caches: [none, voxel]\n    cache_mib: [1, 2]\n    shadings: "
+                             "[local, ao]\n    ao_samples: [1, 4]\n"
+                             "    lod_bias: [0, 1]\n    size: [8, 6]\n    frames: 3\n");
+  // A mode without a cache has one size, a shading without random rays one number of samples: (1 +
+  // 2) x (1 + 2) x 2.
   EXPECT_EQ(config.cells.size(), 18u);
   std::set<std::string> keys;
   for (const Cell& cell : config.cells) {
@@ -107,7 +111,8 @@ TEST_F(RenderConfig, HeldFramesAreThoseOfOneKey) {
 TEST_F(RenderConfig, AllMeansTheAccessModesThatServeTheVolume) {
   const auto modes = [&](const char* name) {
     std::set<std::string> ids;
-    for (const Cell& cell : load(scene_line() + "    caches: all\n", "", "[raw]", name).cells) ids.insert(cell.render->access);
+    for (const Cell& cell : load(scene_line() + "    caches: all\n", "", "[raw]", name).cells)
+      ids.insert(cell.render->access);
     return ids;
   };
   std::set<std::string> labels, scalars;
@@ -121,18 +126,22 @@ TEST_F(RenderConfig, AllMeansTheAccessModesThatServeTheVolume) {
 }
 
 TEST_F(RenderConfig, ProgressiveStepsMultiply) {
-  const Config config = load(scene_line() + "    caches: [slices]\n    steps: [0, 3]\n", "", "[raw]", "cloud");
+  const Config config =
+      load(scene_line() + "    caches: [slices]\n    steps: [0, 3]\n", "", "[raw]", "cloud");
   ASSERT_EQ(config.cells.size(), 2u);
   EXPECT_EQ(config.cells[0].render->step, 0u);
   EXPECT_EQ(config.cells[1].render->label("step"), "3");
   EXPECT_NE(config.cells[0].row_key(), config.cells[1].row_key());
-  EXPECT_EQ(load(scene_line() + "    caches: [slices]\n", "", "[raw]", "cloud").cells[0].render->step, std::nullopt);
+  EXPECT_EQ(
+      load(scene_line() + "    caches: [slices]\n", "", "[raw]", "cloud").cells[0].render->step,
+      std::nullopt);
 }
 
 TEST_F(RenderConfig, ScenesOfScalarsHaveATransferFunction) {
   const std::string begin = "title: S\nkeys: [{eye: [0, 0, 2]}]\n";
   const gpu::Scene scene = load_scene(folder_.write(
-      "t.yaml", begin + "transfer: [{value: 0, colour: [1, 2, 3], density: 0}, {value: 1, colour: [4, 5, 6], density: 2}]\nslice_samples: 3\n"));
+      "t.yaml", begin + "transfer: [{value: 0, colour: [1, 2, 3], density: 0}, {value: 1, colour: "
+                        "[4, 5, 6], density: 2}]\nslice_samples: 3\n"));
   ASSERT_EQ(scene.transfer.size(), 2u);
   EXPECT_EQ(scene.transfer[1].colour, (std::array<std::uint8_t, 3>{4, 5, 6}));
   EXPECT_EQ(scene.transfer[1].density, 2);
@@ -146,9 +155,12 @@ TEST_F(RenderConfig, ScenesOfScalarsHaveATransferFunction) {
     return "no error";
   };
   EXPECT_THAT(error_of(""), HasSubstr("materials (of labels) or transfer (of scalars)"));
-  EXPECT_THAT(error_of("transfer: [{value: 0.5, colour: [1, 2, 3], density: 0}, {value: 0.5, colour: [4, 5, 6], density: 2}]\n"),
-              HasSubstr("e.yaml:3:57: expected a value above that of the point before, 0.5, found 0.5"));
-  EXPECT_THAT(error_of("transfer: [{value: 2, colour: [1, 2, 3], density: 0}]\n"), HasSubstr("e.yaml:3:20: expected a number in 0..1"));
+  EXPECT_THAT(
+      error_of("transfer: [{value: 0.5, colour: [1, 2, 3], density: 0}, {value: 0.5, colour: [4, "
+               "5, 6], density: 2}]\n"),
+      HasSubstr("e.yaml:3:57: expected a value above that of the point before, 0.5, found 0.5"));
+  EXPECT_THAT(error_of("transfer: [{value: 2, colour: [1, 2, 3], density: 0}]\n"),
+              HasSubstr("e.yaml:3:20: expected a number in 0..1"));
 }
 
 TEST_F(RenderConfig, ACodecsOwnBrickIsThatOfTheCell) {
@@ -162,16 +174,23 @@ TEST_F(RenderConfig, ACodecsOwnBrickIsThatOfTheCell) {
 
 TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) {
   const Cell cell = load(scene_line() + "    caches: [voxel]\n").cells[0];
-  const std::vector<std::function<void(RenderChoice&)>> changes{
-      [](RenderChoice& c) { c.scene = "other"; }, [](RenderChoice& c) { c.access = "none"; },
-      [](RenderChoice& c) { c.cache_mib = 1; },   [](RenderChoice& c) { c.shading = gpu::Shading::kAo; },
-      [](RenderChoice& c) { c.width = 81; },      [](RenderChoice& c) { c.height = 61; },
-      [](RenderChoice& c) { c.frames = 6; },      [](RenderChoice& c) { c.lod_bias = 1; },
-      [](RenderChoice& c) { c.ao_samples = 2; },  [](RenderChoice& c) { c.brick = 16; },
-      [](RenderChoice& c) { c.jump_frames = 2; }, [](RenderChoice& c) { c.picture_error = true; },
-      [](RenderChoice& c) { c.path_parts = 2; }, [](RenderChoice& c) { c.count_path = false; },
-      [](RenderChoice& c) { c.held_frames = 2; }, [](RenderChoice& c) { c.keep_pictures = true; },
-      [](RenderChoice& c) { c.step = 1; }};
+  const std::vector<std::function<void(RenderChoice&)>> changes{[](RenderChoice& c) { c.scene = "other"; },
+                                                                [](RenderChoice& c) { c.access = "none"; },
+                                                                [](RenderChoice& c) { c.cache_mib = 1; },
+                                                                [](RenderChoice& c) { c.shading = gpu::Shading::kAo; },
+                                                                [](RenderChoice& c) { c.width = 81; },
+                                                                [](RenderChoice& c) { c.height = 61; },
+                                                                [](RenderChoice& c) { c.frames = 6; },
+                                                                [](RenderChoice& c) { c.lod_bias = 1; },
+                                                                [](RenderChoice& c) { c.ao_samples = 2; },
+                                                                [](RenderChoice& c) { c.brick = 16; },
+                                                                [](RenderChoice& c) { c.jump_frames = 2; },
+                                                                [](RenderChoice& c) { c.picture_error = true; },
+                                                                [](RenderChoice& c) { c.path_parts = 2; },
+                                                                [](RenderChoice& c) { c.count_path = false; },
+                                                                [](RenderChoice& c) { c.held_frames = 2; },
+                                                                [](RenderChoice& c) { c.keep_pictures = true; },
+                                                                [](RenderChoice& c) { c.step = 1; }};
   std::set<std::string> keys{cell.row_key()}, ids{cell_id(cell, "0")};
   for (const auto& change : changes) {
     Cell other = cell;
@@ -208,9 +227,9 @@ TEST_F(RenderConfig, MistakesHaveTheirPlace) {
   EXPECT_THAT(error(scene_line() + "    caches: [voxl]\n"),
               AllOf(HasSubstr("c.yaml:6:14: expected an access mode (none, voxel"),
                     HasSubstr("did you mean 'voxel'?")));
-  EXPECT_THAT(
-      error(scene_line() + "    caches: all\n    shadings: [locl]\n"),
-      AllOf(HasSubstr("c.yaml:7:16: expected one of local, shadow, ao"), HasSubstr("did you mean 'local'?")));
+  EXPECT_THAT(error(scene_line() + "    caches: all\n    shadings: [locl]\n"),
+              AllOf(HasSubstr("c.yaml:7:16: expected one of local, shadow, ao"),
+                    HasSubstr("did you mean 'local'?")));
   EXPECT_THAT(error(scene_line() + "    caches: all\n    cache_mib: 0\n"),
               HasSubstr("c.yaml:7:16: expected an integer in 1.."));
   EXPECT_THAT(error(scene_line() + "    caches: all\n    size: [3]\n"),
@@ -219,9 +238,10 @@ TEST_F(RenderConfig, MistakesHaveTheirPlace) {
               HasSubstr("c.yaml:7:12: expected a power of two"));
   EXPECT_THAT(error(scene_line() + "    caches: all\n    ao_smples: 2\n"),
               HasSubstr("did you mean 'ao_samples'?"));
-  EXPECT_THAT(error(scene_line() + "    cache_mib: 4\n    caches: all\n",
-                    "  - {datasets: [blob], codecs: [raw], stages: [encode], frames: 3}\n"),
-              AllOf(HasSubstr("c.yaml:8:5: "), HasSubstr("the stage render beside the key frames")));
+  EXPECT_THAT(
+      error(scene_line() + "    cache_mib: 4\n    caches: all\n",
+            "  - {datasets: [blob], codecs: [raw], stages: [encode], frames: 3}\n"),
+      AllOf(HasSubstr("c.yaml:8:5: "), HasSubstr("the stage render beside the key frames")));
 }
 
 TEST_F(RenderConfig, TablesSpreadAMetricOrHaveColumns) {
@@ -236,7 +256,8 @@ TEST_F(RenderConfig, TablesSpreadAMetricOrHaveColumns) {
   EXPECT_TRUE(load(good, table("columns: [rate], where: {scene: a}")).tables[0].renders());
   EXPECT_THAT(error(good, table("columns: [rate], pivot: {columns: [shading], metric: frame_ms}")),
               EndsWith("found several"));
-  EXPECT_THAT(error(good, "tables:\n  - {name: t, title: T, rows: [codec]}\n"), EndsWith("found none"));
+  EXPECT_THAT(error(good, "tables:\n  - {name: t, title: T, rows: [codec]}\n"),
+              EndsWith("found none"));
   EXPECT_THAT(error(good, table("pivot: {columns: [shadin], metric: frame_ms}")),
               HasSubstr("did you mean 'shading'?"));
   EXPECT_THAT(error(good, table("pivot: {columns: [shading], metric: frame_s}")),
@@ -245,7 +266,8 @@ TEST_F(RenderConfig, TablesSpreadAMetricOrHaveColumns) {
 
 TEST_F(RenderConfig, ConditionsKnowTheValues) {
   const Cell cell = load(scene_line() + "    caches: [voxel]\n").cells[0];
-  EXPECT_TRUE((Filter{{{"cache", "vox*"}, {"shading", "shadow"}, {"cache_mib", "256"}}}.keeps(cell)));
+  EXPECT_TRUE(
+      (Filter{{{"cache", "vox*"}, {"shading", "shadow"}, {"cache_mib", "256"}}}.keeps(cell)));
   EXPECT_FALSE((Filter{{{"cache", "none"}}}.keeps(cell)));
   Cell other = cell;
   other.render.reset();

@@ -52,8 +52,8 @@ TEST(Rows, TornLastLineIsPassedOverAndCutOff) {
 
 TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
   const ScratchFolder folder;
-  const std::string path = folder.write(
-      "rows.jsonl", make_row("1", "ok").dump() + "\nnonsense\n" + make_row("2", "ok").dump() + "\n");
+  const std::string path = folder.write("rows.jsonl", make_row("1", "ok").dump() + "\nnonsense\n" +
+                                                          make_row("2", "ok").dump() + "\n");
   try {
     load_rows(path);
     FAIL() << "no error";
@@ -65,7 +65,8 @@ TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
 TEST(Rows, WhatIsNoRowIsAnErrorWithItsPlace) {
   const ScratchFolder folder;
   const auto error = [&](const std::string& line) -> std::string {
-    const std::string path = folder.write("rows.jsonl", make_row("1", "ok").dump() + "\n" + line + "\n");
+    const std::string path =
+        folder.write("rows.jsonl", make_row("1", "ok").dump() + "\n" + line + "\n");
     try {
       load_rows(path);
     } catch (const volumes::InputError& failure) {
@@ -74,14 +75,17 @@ TEST(Rows, WhatIsNoRowIsAnErrorWithItsPlace) {
     return "no error";
   };
   EXPECT_EQ(error(make_row("1", "ok").dump()), "no error") << "a cell that was measured again";
-  for (const char* line : {"[]", "{}", R"({"cell": 1, "key": "k", "status": "ok"})", R"({"cell": "1", "key": "k", "status": "fine"})",
+  for (const char* line : {"[]", "{}", R"({"cell": 1, "key": "k", "status": "ok"})",
+                           R"({"cell": "1", "key": "k", "status": "fine"})",
                            R"({"cell": "1", "key": "k", "status": "ok", "dataset": []})",
                            R"({"cell": "1", "key": "k", "status": "ok", "reason": 5})"}) {
     EXPECT_THAT(error(line), testing::HasSubstr("rows.jsonl:2: expected a row")) << line;
   }
-  EXPECT_THAT(error(R"({"cell": "1", "key": "k", "status": "ok", "status": "failed"})"), testing::HasSubstr("rows.jsonl:2: expected each key once"));
+  EXPECT_THAT(error(R"({"cell": "1", "key": "k", "status": "ok", "status": "failed"})"),
+              testing::HasSubstr("rows.jsonl:2: expected each key once"));
   const std::string deep = std::string(300000, '[') + std::string(300000, ']');
-  EXPECT_THAT(error(R"({"cell": "1", "key": "k", "status": "ok", "x": )" + deep + "}"), testing::HasSubstr("at most 64 levels"));
+  EXPECT_THAT(error(R"({"cell": "1", "key": "k", "status": "ok", "x": )" + deep + "}"),
+              testing::HasSubstr("at most 64 levels"));
   EXPECT_THAT(error(std::string(300000, '[')), testing::HasSubstr("at most 64 levels"));
 }
 

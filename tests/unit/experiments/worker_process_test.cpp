@@ -37,7 +37,8 @@ TEST_F(WorkerLimitsTest, ProcessorTimeEndsAWorker) {
 }
 
 TEST_F(WorkerLimitsTest, ALargerFileIsAnErrorOfItsWriteAndNoCrash) {
-  WorkerProcess worker(script("head -c 100000 /dev/zero >" + (folder_ / "f") + " 2>/dev/null; echo '{\"event\": \"ready\"}'"),
+  WorkerProcess worker(script("head -c 100000 /dev/zero >" + (folder_ / "f") +
+                              " 2>/dev/null; echo '{\"event\": \"ready\"}'"),
                        {.file_bytes = 8192});
   Row message;
   ASSERT_EQ(worker.receive(300, message), Wait::kMessage);
@@ -53,7 +54,8 @@ TEST_F(WorkerLimitsTest, NoCoreDumps) {
 }
 
 TEST_F(WorkerLimitsTest, AnAnswerThatCameInTimeCountsHoweverLateItIsRead) {
-  WorkerProcess worker(script("echo '{\"event\": \"ready\"}'; echo x >" + (folder_ / "done") + "; exec sleep 1000"));
+  WorkerProcess worker(
+      script("echo '{\"event\": \"ready\"}'; echo x >" + (folder_ / "done") + "; exec sleep 1000"));
   while (!std::filesystem::exists(folder_ / "done")) continue;
   Row message;
   EXPECT_EQ(worker.receive(0, message), Wait::kMessage);

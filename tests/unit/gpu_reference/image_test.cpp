@@ -11,8 +11,8 @@
 #include <iterator>
 #include <limits>
 
-#include "volumes/error.hpp"
 #include "tests/unit/experiments/scratch_folder.hpp"
+#include "volumes/error.hpp"
 
 namespace cvr::gpu {
 namespace {
@@ -45,7 +45,8 @@ TEST(Images, DifferencesAreShownAmplifiedAndWhiteAtMost) {
   Image a = grey(2, 1, 0.5F), b = a;
   b.colour = {0.5F, 0.51F, 0.49F, 0.7F, 0.3F, 2.0F};
   EXPECT_THAT(difference_rgb8(a, b, 8), testing::ElementsAre(0, 20, 20, 255, 255, 255));
-  EXPECT_THAT(difference_rgb8(a, b, 1), testing::ElementsAre(0, 3, 3, 51, 51, 128)) << "what is shown is at most white";
+  EXPECT_THAT(difference_rgb8(a, b, 1), testing::ElementsAre(0, 3, 3, 51, 51, 128))
+      << "what is shown is at most white";
   EXPECT_THROW(difference_rgb8(a, grey(1, 2, 0.5F), 8), volumes::InputError);
 }
 
@@ -148,7 +149,8 @@ TEST_F(ImageFiles, LabelsAreLittleEndianWords) {
   write_label_image(path, image);
   std::ifstream in(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  EXPECT_EQ(bytes, std::string("\x08\x07\x06\x05\x04\x03\x02\x01\xff\xff\xff\xff\xff\xff\xff\xff", 16));
+  EXPECT_EQ(bytes,
+            std::string("\x08\x07\x06\x05\x04\x03\x02\x01\xff\xff\xff\xff\xff\xff\xff\xff", 16));
 }
 
 }  // namespace

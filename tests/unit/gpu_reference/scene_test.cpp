@@ -11,8 +11,8 @@
 #include <set>
 
 #include "experiments/scene_file.hpp"
-#include "volumes/error.hpp"
 #include "tests/unit/experiments/scratch_folder.hpp"
+#include "volumes/error.hpp"
 
 namespace cvr::gpu {
 namespace {
@@ -26,7 +26,8 @@ TEST(CameraPaths, PassThroughTheirKeysAtEqualSteps) {
   for (const double x : {0.0, 1.0, 5.0, 2.0, -3.0})
     keys.push_back({{x, x * x, 2}, {0, x, 0}, {0, 1, 0}, 30 + x});
   const CameraPath path(keys);
-  for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_EQ(path.at(static_cast<double>(i) / 4), keys[i]);
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    EXPECT_EQ(path.at(static_cast<double>(i) / 4), keys[i]);
   EXPECT_EQ(path.at(-1), keys.front());
   EXPECT_EQ(path.at(2), keys.back());
   // Halfway between the second and the third key: (-a + 9 b + 9 c - d) / 16.
@@ -60,7 +61,8 @@ TEST(CameraPaths, KeepTheFieldOfViewLegal) {
 /// A straight path of 101 frames whose eye is at x = number of the frame.
 Scene straight(std::uint32_t frames, std::uint32_t parts) {
   Scene scene;
-  scene.path = CameraPath({{{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45}, {{100, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45}});
+  scene.path =
+      CameraPath({{{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45}, {{100, 0, 9}, {0, 0, 0}, {0, 1, 0}, 45}});
   scene.path_frames = 101;
   scene.frames = frames;
   scene.path_parts = parts;
@@ -206,9 +208,9 @@ TEST_F(SceneFiles, MistakesHaveAPlaceAndAHint) {
   EXPECT_THAT(error(kRest + kKeys + "shadnig: ao\n"),
               AllOf(StartsWith("s.yaml:4:1: expected one of the keys"),
                     HasSubstr("found 'shadnig' (did you mean 'shading'?)")));
-  EXPECT_THAT(
-      error(kRest + kKeys + "shading: shadw\n"),
-      AllOf(StartsWith("s.yaml:4:10: expected local, shadow or ao"), HasSubstr("did you mean 'shadow'")));
+  EXPECT_THAT(error(kRest + kKeys + "shading: shadw\n"),
+              AllOf(StartsWith("s.yaml:4:10: expected local, shadow or ao"),
+                    HasSubstr("did you mean 'shadow'")));
   EXPECT_THAT(error(kRest), HasSubstr("expected the key 'keys', found none"));
   EXPECT_THAT(error(kRest + "keys: []\n"),
               StartsWith("s.yaml:3:7: expected a list of cameras, found an empty list"));
@@ -218,10 +220,12 @@ TEST_F(SceneFiles, MistakesHaveAPlaceAndAHint) {
   EXPECT_THAT(error(kRest + "keys: [{target: [0, 0, 0]}]\n"),
               HasSubstr("s.yaml:3:8: expected the key 'eye'"));
   EXPECT_THAT(error(kRest + kKeys + "size: [10]\n"), HasSubstr("s.yaml:4:7: expected two sides"));
-  EXPECT_THAT(error(kRest + kKeys + "size: [0, 10]\n"), HasSubstr("s.yaml:4:8: expected an integer in 1.."));
+  EXPECT_THAT(error(kRest + kKeys + "size: [0, 10]\n"),
+              HasSubstr("s.yaml:4:8: expected an integer in 1.."));
   EXPECT_THAT(error(kRest + kKeys + "background: [1, 2, 256]\n"),
               HasSubstr("s.yaml:4:20: expected an integer in 0..255"));
-  EXPECT_THAT(error(kRest + kKeys + "ao_distance: 0\n"), HasSubstr("s.yaml:4:14: expected a number"));
+  EXPECT_THAT(error(kRest + kKeys + "ao_distance: 0\n"),
+              HasSubstr("s.yaml:4:14: expected a number"));
   EXPECT_THAT(error(kRest + kKeys + "light: [0, 0, 0]\n"),
               HasSubstr("s.yaml:4:8: expected a vector other than"));
 }
@@ -231,7 +235,8 @@ TEST_F(SceneFiles, NumbersThatAreNoneAreRefused) {
     EXPECT_THAT(error(kRest + "keys: [{eye: [0, 0, " + bad + "]}]\n"),
                 StartsWith("s.yaml:3:21: expected a number"))
         << bad;
-    EXPECT_THAT(error(kRest + kKeys + "ambient: " + bad + "\n"), StartsWith("s.yaml:4:10: expected a number"))
+    EXPECT_THAT(error(kRest + kKeys + "ambient: " + bad + "\n"),
+                StartsWith("s.yaml:4:10: expected a number"))
         << bad;
   }
 }
@@ -279,7 +284,8 @@ TEST_F(SceneFiles, FoundByNameOrPath) {
     experiments::find_scene("dens");
     FAIL();
   } catch (const volumes::InputError& e) {
-    EXPECT_THAT(e.what(), AllOf(HasSubstr("atlas, cells, ct, dense"), HasSubstr("did you mean 'dense'")));
+    EXPECT_THAT(e.what(),
+                AllOf(HasSubstr("atlas, cells, ct, dense"), HasSubstr("did you mean 'dense'")));
   }
 }
 

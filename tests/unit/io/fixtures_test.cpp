@@ -1,5 +1,6 @@
-// Files of other implementations: each volume has the voxels that its writer meant, or is refused for a reason that the
-// table names, so that support cannot shrink without a word. CVRBENCH_FIXTURES names the folder with one folder a format.
+// Files of other implementations: each volume has the voxels that its writer meant, or is refused
+// for a reason that the table names, so that support cannot shrink without a word.
+// CVRBENCH_FIXTURES names the folder with one folder a format.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -49,12 +50,13 @@ double voxel_value(const Volume& volume, std::uint64_t index) {
                          [&]<class T>() { return static_cast<double>(volume.voxels<T>()[index]); });
 }
 
-/// `shape` and indices are slowest axis first; leading axes of length 1 and missing ones are none of the volume's.
+/// `shape` and indices are slowest axis first; leading axes of length 1 and missing ones are none
+/// of the volume's.
 void expect_volume(const VolumeSource& source, const Json& truth) {
   const Volume volume = read_all(source);
   const auto shape = truth.at("shape").get<std::vector<std::uint64_t>>();
-  std::vector<std::uint64_t> found{source.info().time_steps, volume.info().step_extent().z, volume.extent().y,
-                                   volume.extent().x};
+  std::vector<std::uint64_t> found{source.info().time_steps, volume.info().step_extent().z,
+                                   volume.extent().y, volume.extent().x};
   std::vector<std::uint64_t> expected = shape;
   while (expected.size() < found.size()) expected.insert(expected.begin(), 1);
   EXPECT_EQ(found, expected);
@@ -78,13 +80,15 @@ void expect_volume(const VolumeSource& source, const Json& truth) {
   }
 }
 
-/// The axes of a volume run along those of the space: then its offset is the translation of its affine.
+/// The axes of a volume run along those of the space: then its offset is the translation of its
+/// affine.
 void expect_nifti_offset(const VolumeSource& source, const Json& truth) {
   if (truth.at("qform_code") == 0 && truth.at("sform_code") == 0) return;
   const auto affine = truth.at("affine").get<std::vector<std::vector<double>>>();
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (std::fabs(affine[axis][axis]) > 0.99 * source.info().voxel_size[axis]) {
-      EXPECT_NEAR(source.info().offset[axis], affine[axis][3], 1e-5 * (1 + std::fabs(affine[axis][3])));
+      EXPECT_NEAR(source.info().offset[axis], affine[axis][3],
+                  1e-5 * (1 + std::fabs(affine[axis][3])));
     }
 }
 

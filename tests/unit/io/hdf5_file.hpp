@@ -11,7 +11,8 @@ namespace cvr::volumes {
 class Hdf5File {
  public:
   explicit Hdf5File(std::string name)
-      : name_(std::move(name)), file_(H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)) {}
+      : name_(std::move(name)),
+        file_(H5Fcreate(name_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)) {}
   ~Hdf5File() { close(); }
 
   template <class T>
@@ -28,7 +29,8 @@ class Hdf5File {
   }
 
   Hdf5File& numbers(const char* object, const char* name, const std::vector<double>& values) {
-    return attribute(object, name, H5Tcopy(H5T_NATIVE_DOUBLE), list_of(values.size()), values.data());
+    return attribute(object, name, H5Tcopy(H5T_NATIVE_DOUBLE), list_of(values.size()),
+                     values.data());
   }
 
   /// A text of the attribute's own length, without room for a terminator.
@@ -67,8 +69,8 @@ class Hdf5File {
   /// Takes over the type and the space.
   Hdf5File& attribute(const char* object, const char* name, hid_t type, hid_t space,
                       const void* data) {
-    const hid_t attribute = H5Acreate_by_name(file_, object, name, type, space, H5P_DEFAULT,
-                                              H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t attribute =
+        H5Acreate_by_name(file_, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
     H5Awrite(attribute, type, data);
     H5Aclose(attribute);
     H5Sclose(space);

@@ -1,4 +1,5 @@
-// HDF5 files of other writers, with the values that other programs read from them (CVRBENCH_FIXTURES).
+// HDF5 files of other writers, with the values that other programs read from them
+// (CVRBENCH_FIXTURES).
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,8 +16,10 @@ using Index = std::vector<std::uint64_t>;
 std::string refusal_of(const Json& volume) {
   for (const Json& filter : volume["filters"]) {
     const auto text = filter.get<std::string>();
-    for (const auto& [number, name] : {std::pair{"32000", "lzf (filter 32000)"}, {"32001", "blosc (filter 32001)"},
-                                       {"32004", "lz4 (filter 32004)"}, {"32008", "bitshuffle (filter 32008)"}}) {
+    for (const auto& [number, name] : {std::pair{"32000", "lzf (filter 32000)"},
+                                       {"32001", "blosc (filter 32001)"},
+                                       {"32004", "lz4 (filter 32004)"},
+                                       {"32008", "bitshuffle (filter 32008)"}}) {
       if (text.starts_with(number)) return name;
     }
   }
@@ -71,7 +74,8 @@ class Hdf5Fixtures : public testing::Test {
     expect_boxes(*source, volume);
   }
 
-  /// The sum modulo 2^64 (tables give sums beyond as floating point, which says less), and voxels that are not 0.
+  /// The sum modulo 2^64 (tables give sums beyond as floating point, which says less), and voxels
+  /// that are not 0.
   static void check_counts(const Volume& volume, const Json& expected) {
     std::uint64_t nonzero = 0, sum = 0;
     with_voxel_type(volume.info().type, [&]<class T>() {
@@ -94,8 +98,8 @@ TEST_F(Hdf5Fixtures, EveryDatasetIsReadRightOrRefusedByName) {
   std::size_t read = 0, refused = 0;
   for (const Json& file : cases_) {
     for (const Json& volume : file["volumes"]) {
-      const std::string name =
-          (folder_ / file["path"].get<std::string>()).string() + ":/" + volume["open"].get<std::string>();
+      const std::string name = (folder_ / file["path"].get<std::string>()).string() + ":/" +
+                               volume["open"].get<std::string>();
       SCOPED_TRACE(name);
       try {
         check(name, volume);
@@ -114,7 +118,9 @@ TEST_F(Hdf5Fixtures, EveryDatasetIsReadRightOrRefusedByName) {
 }
 
 TEST_F(Hdf5Fixtures, PlacesAndSizesAreRead) {
-  const auto info = [&](const char* name) { return open_volume((folder_ / name).string())->info(); };
+  const auto info = [&](const char* name) {
+    return open_volume((folder_ / name).string())->info();
+  };
   using Triple = std::array<double, 3>;
   const VolumeInfo cremi = info("cremi_style.h5:/volumes/labels/neuron_ids");
   EXPECT_EQ(cremi.voxel_size, (Triple{4, 4, 40}));

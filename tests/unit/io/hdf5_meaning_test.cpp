@@ -30,22 +30,25 @@ std::string axistags(const std::string& keys, const std::vector<double>& resolut
 }
 
 /// Opening must throw an InputError that says all of `parts`.
-void expect_refused(const std::string& name, const OpenOptions& options, const std::vector<std::string>& parts) {
+void expect_refused(const std::string& name, const OpenOptions& options,
+                    const std::vector<std::string>& parts) {
   try {
     open_volume(name, options);
     ADD_FAILURE() << name << " was opened";
   } catch (const InputError& error) {
     for (const std::string& part : parts)
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what() << " lacks " << part;
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos)
+          << error.what() << " lacks " << part;
   }
 }
 
 TEST_F(Hdf5Axes, AxistagsTransposeWithinBoxes) {
   // x = 3, y = 4, z = 5 with x slowest: the voxel (x, y, z) is 20 x + 5 y + z.
-  const std::string name = Hdf5File(path("a.h5"))
-                               .dataset("data", H5T_STD_U16LE, {3, 4, 5}, counting<std::uint16_t>(60))
-                               .text("data", "axistags", axistags("xyz", {0.3, 0.4, 1.1}))
-                               .close();
+  const std::string name =
+      Hdf5File(path("a.h5"))
+          .dataset("data", H5T_STD_U16LE, {3, 4, 5}, counting<std::uint16_t>(60))
+          .text("data", "axistags", axistags("xyz", {0.3, 0.4, 1.1}))
+          .close();
   const auto source = open_volume(name);
   EXPECT_EQ(source->info().extent, (Extent{3, 4, 5}));
   EXPECT_EQ(source->info().voxel_size, (std::array<double, 3>{0.3, 0.4, 1.1}));
@@ -56,32 +59,39 @@ TEST_F(Hdf5Axes, AxistagsTransposeWithinBoxes) {
     }
   }
   expect_boxes(*source, volume);
-  EXPECT_EQ(read_all(*open_volume(name, axes("zyx"))).label({1, 0, 0}), 1u);  // the caller goes before the file
+  EXPECT_EQ(read_all(*open_volume(name, axes("zyx"))).label({1, 0, 0}),
+            1u);  // the caller goes before the file
 }
 
 TEST_F(Hdf5Axes, LargeTransposedVolumesAreReadInParts) {
-  // 150 x 260 x 300 voxels of 4 bytes are more than the memory that is shared with the reading process.
+  // 150 x 260 x 300 voxels of 4 bytes are more than the memory that is shared with the reading
+  // process.
   constexpr std::uint64_t kX = 150, kY = 260, kZ = 300;
   std::vector<std::uint32_t> values(kX * kY * kZ);
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<std::uint32_t>(i * 2654435761u);
-  const std::string name =
-      Hdf5File(path("a.h5")).dataset("data", H5T_STD_U32LE, {kY, kX, kZ}, values).fixed_text("data", "axes", "yxz").close();
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = static_cast<std::uint32_t>(i * 2654435761u);
+  const std::string name = Hdf5File(path("a.h5"))
+                               .dataset("data", H5T_STD_U32LE, {kY, kX, kZ}, values)
+                               .fixed_text("data", "axes", "yxz")
+                               .close();
   const Volume volume = read_all(*open_volume(name));
   ASSERT_EQ(volume.extent(), (Extent{kX, kY, kZ}));
   std::uint64_t wrong = 0;
   for (std::uint64_t z = 0; z < kZ; ++z) {
     for (std::uint64_t y = 0; y < kY; ++y) {
-      for (std::uint64_t x = 0; x < kX; ++x) wrong += volume.label({x, y, z}) != values[(y * kX + x) * kZ + z];
+      for (std::uint64_t x = 0; x < kX; ++x)
+        wrong += volume.label({x, y, z}) != values[(y * kX + x) * kZ + z];
     }
   }
   EXPECT_EQ(wrong, 0u);
 }
 
 TEST_F(Hdf5Axes, AxesOfLengthOneAreDropped) {
-  const std::string name = Hdf5File(path("a.h5"))
-                               .dataset("data", H5T_STD_U8LE, {1, 2, 3, 4, 1}, counting<std::uint8_t>(24))
-                               .text("data", "axistags", axistags("tzyxc", {0, 0, 0, 0, 0}))
-                               .close();
+  const std::string name =
+      Hdf5File(path("a.h5"))
+          .dataset("data", H5T_STD_U8LE, {1, 2, 3, 4, 1}, counting<std::uint8_t>(24))
+          .text("data", "axistags", axistags("tzyxc", {0, 0, 0, 0, 0}))
+          .close();
   const auto source = open_volume(name);
   EXPECT_EQ(source->info().extent, (Extent{4, 3, 2}));
   EXPECT_EQ(source->info().time_steps, 1u);
@@ -90,10 +100,11 @@ TEST_F(Hdf5Axes, AxesOfLengthOneAreDropped) {
 }
 
 TEST_F(Hdf5Axes, TimeMayBeTheFastestAxis) {
-  const std::string name = Hdf5File(path("a.h5"))
-                               .dataset("data", H5T_STD_U8LE, {2, 3, 4, 5}, counting<std::uint8_t>(120))
-                               .texts("data", "DIMENSION_LABELS", {"z", "y", "x", "time"})
-                               .close();
+  const std::string name =
+      Hdf5File(path("a.h5"))
+          .dataset("data", H5T_STD_U8LE, {2, 3, 4, 5}, counting<std::uint8_t>(120))
+          .texts("data", "DIMENSION_LABELS", {"z", "y", "x", "time"})
+          .close();
   const auto source = open_volume(name);
   EXPECT_EQ(source->info().time_steps, 5u);
   EXPECT_EQ(source->info().extent, (Extent{4, 3, 10}));
@@ -104,8 +115,9 @@ TEST_F(Hdf5Axes, TimeMayBeTheFastestAxis) {
 }
 
 TEST_F(Hdf5Axes, PlanesAreVolumesOfOnePlane) {
-  const std::string name =
-      Hdf5File(path("a.h5")).dataset("data", H5T_STD_U8LE, {3, 4}, counting<std::uint8_t>(12)).close();
+  const std::string name = Hdf5File(path("a.h5"))
+                               .dataset("data", H5T_STD_U8LE, {3, 4}, counting<std::uint8_t>(12))
+                               .close();
   const auto source = open_volume(name + ":/data");
   EXPECT_EQ(source->info().extent, (Extent{4, 3, 1}));
   EXPECT_EQ(read_all(*source).label({1, 2, 0}), 9u);
@@ -117,10 +129,14 @@ TEST_F(Hdf5Axes, WhatIsAmbiguousAsksForAxes) {
   file.dataset("last", H5T_STD_U8LE, {2, 5, 6, 3}, counting<std::uint8_t>(180));
   file.dataset("one", H5T_STD_U8LE, {5, 6, 7, 1}, counting<std::uint8_t>(210));
   file.dataset("five", H5T_STD_U8LE, {1, 2, 3, 4, 1}, counting<std::uint8_t>(24));
-  file.dataset("twice", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24)).fixed_text("twice", "axes", "zzy");
-  file.dataset("short", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24)).texts("short", "axes", {"z", "y"});
-  file.dataset("odd", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24)).text("odd", "axistags", "{]");
-  file.dataset("other", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24)).fixed_text("other", "axes", "none");
+  file.dataset("twice", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24))
+      .fixed_text("twice", "axes", "zzy");
+  file.dataset("short", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24))
+      .texts("short", "axes", {"z", "y"});
+  file.dataset("odd", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24))
+      .text("odd", "axistags", "{]");
+  file.dataset("other", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24))
+      .fixed_text("other", "axes", "none");
   const std::string name = file.close();
   for (const char* dataset : {":/last", ":/one", ":/five", ":/twice", ":/short", ":/odd"}) {
     SCOPED_TRACE(dataset);
@@ -129,7 +145,8 @@ TEST_F(Hdf5Axes, WhatIsAmbiguousAsksForAxes) {
   EXPECT_EQ(open_volume(name + ":/one", axes("zyxc"))->info().extent, (Extent{7, 6, 5}));
   EXPECT_EQ(open_volume(name + ":/last", axes("tzyx"))->info().extent, (Extent{3, 6, 10}));
   EXPECT_EQ(open_volume(name + ":/five", axes("CZYXT"))->info().extent, (Extent{4, 3, 2}));
-  EXPECT_EQ(open_volume(name + ":/other")->info().extent, (Extent{4, 3, 2}));  // says nothing of x, y, z
+  EXPECT_EQ(open_volume(name + ":/other")->info().extent,
+            (Extent{4, 3, 2}));  // says nothing of x, y, z
   expect_refused(name + ":/last", axes("zyxc"), {"3 channels", "h5py"});
   expect_refused(name + ":/last", axes("zyx"), {"4 letters", "'zyx'"});
   expect_refused(name + ":/last", axes("qzyx"), {"t z y x c"});
@@ -148,8 +165,10 @@ TEST_F(Hdf5Axes, OwnSeriesSayTheirAxes) {
 TEST_F(Hdf5Types, SignedIntegersAreLabels) {
   Hdf5File file(path("a.h5"));
   file.dataset("i8", H5T_STD_I8LE, {1, 2, 3}, std::vector<std::int8_t>{0, 1, 2, 3, 4, 127});
-  file.dataset("i32", H5T_STD_I32BE, {1, 2, 3}, std::vector<std::int32_t>{0, 1, 2, 3, 4, 2147483647});
-  file.dataset("i64", H5T_STD_I64LE, {1, 2, 3}, std::vector<std::int64_t>{0, 1, 2, 3, 4, std::int64_t{1} << 62});
+  file.dataset("i32", H5T_STD_I32BE, {1, 2, 3},
+               std::vector<std::int32_t>{0, 1, 2, 3, 4, 2147483647});
+  file.dataset("i64", H5T_STD_I64LE, {1, 2, 3},
+               std::vector<std::int64_t>{0, 1, 2, 3, 4, std::int64_t{1} << 62});
   file.dataset("bad", H5T_STD_I64LE, {1, 2, 3}, std::vector<std::int64_t>{0, 1, 2, 3, -4, 5});
   const std::string name = file.close();
   const auto last = [&](const char* dataset, VoxelType type) {
@@ -164,7 +183,8 @@ TEST_F(Hdf5Types, SignedIntegersAreLabels) {
     read_all(*open_volume(name + ":/bad"));
     ADD_FAILURE();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("-4 at voxel (1, 1, 0)"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("-4 at voxel (1, 1, 0)"), std::string::npos)
+        << error.what();
   }
 }
 
@@ -187,12 +207,15 @@ TEST_F(Hdf5Types, WholeNumbersInFloatingPointAreLabelsWhenSaid) {
   EXPECT_EQ(f64.label({1, 0, 0}), 9007199254740992u);
   EXPECT_EQ(open_volume(name + ":/f32")->info().type, VoxelType::kF32);
   EXPECT_EQ(open_volume(name + ":/labels")->info().type, VoxelType::kU32);  // its name says so
-  for (const auto& [dataset, value] : {std::pair{"half", "0.5"}, {"large", "16777218"}, {"below", "-1"}, {"none", "nan"}}) {
+  for (const auto& [dataset, value] :
+       {std::pair{"half", "0.5"}, {"large", "16777218"}, {"below", "-1"}, {"none", "nan"}}) {
     try {
       read_all(*open_volume(name + ":/" + dataset, VolumeKind::kLabels));
       ADD_FAILURE() << dataset;
     } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(std::string(value) + " at voxel (1, 0, 0)"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find(std::string(value) + " at voxel (1, 0, 0)"),
+                std::string::npos)
+          << error.what();
     }
   }
 }
@@ -244,7 +267,9 @@ TEST_F(Hdf5Attribute, CremiPlantSegAndFijiAreObeyed) {
   file.numbers("fiji", "element_size_um", {0.235, 0.15, 0.1});
   file.dataset("series", H5T_STD_U8LE, {2, 2, 3, 9}, counting<std::uint8_t>(108));
   file.numbers("series", "element_size_um", {1, 3, 4, 5}).fixed_text("series", "axes", "tzyx");
-  file.numbers("ours", "voxel_size", {3, 2, 1}).numbers("ours", "resolution", {40, 4, 4}).text("ours", "voxel_unit", "mm");
+  file.numbers("ours", "voxel_size", {3, 2, 1})
+      .numbers("ours", "resolution", {40, 4, 4})
+      .text("ours", "voxel_unit", "mm");
   const std::string name = file.close();
   using Triple = std::array<double, 3>;
   const VolumeInfo cremi = open_volume(name + ":/cremi")->info();
@@ -262,11 +287,16 @@ TEST_F(Hdf5Attribute, CremiPlantSegAndFijiAreObeyed) {
 TEST_F(Hdf5Attribute, SomebodyElsesNeverMakeAFileUnreadable) {
   Hdf5File file(path("a.h5"));
   file.dataset("data", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24));
-  for (const char* name : {"kind", "name", "source", "licence", "voxel_unit"}) file.numbers("data", name, {1, 2});
-  file.numbers("data", "voxel_size", {1, 0, 2}).numbers("data", "offset", {5}).numbers("data", "axes", {1, 2, 3});
+  for (const char* name : {"kind", "name", "source", "licence", "voxel_unit"})
+    file.numbers("data", name, {1, 2});
+  file.numbers("data", "voxel_size", {1, 0, 2})
+      .numbers("data", "offset", {5})
+      .numbers("data", "axes", {1, 2, 3});
   file.numbers("data", "resolution", {300, 300}).text("data", "element_size_um", "1 2 3");
   file.dataset("texts", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24));
-  file.text("texts", "kind", "colours").texts("texts", "name", {"a", "b"}).text("texts", "voxel_size", "4x4x40");
+  file.text("texts", "kind", "colours")
+      .texts("texts", "name", {"a", "b"})
+      .text("texts", "voxel_size", "4x4x40");
   file.text("texts", "source", "two\nlines").text("texts", "licence", "\xff\xfe");
   const std::string name = file.close();
   for (const char* dataset : {":/data", ":/texts"}) {

@@ -1,5 +1,5 @@
-// HDF5: files that name other files, files that are damaged, and filters that are not there. Nothing of these ends or
-// hangs this process, and no process is left behind.
+// HDF5: files that name other files, files that are damaged, and filters that are not there.
+// Nothing of these ends or hangs this process, and no process is left behind.
 #include <dirent.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -27,7 +27,8 @@ class Hdf5Safety : public IoTest {
   }
 
   /// A virtual dataset over `dataset` of `source`.
-  std::string virtual_file(const std::string& name, const std::string& source, const std::string& dataset) const {
+  std::string virtual_file(const std::string& name, const std::string& source,
+                           const std::string& dataset) const {
     Hdf5File file(path(name));
     const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
     const std::array<hsize_t, 3> size{2, 3, 4};
@@ -40,7 +41,9 @@ class Hdf5Safety : public IoTest {
 
   std::string source_file(const std::string& name) const {
     std::filesystem::create_directories(std::filesystem::path(path(name)).parent_path());
-    return Hdf5File(path(name)).dataset("x", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24)).close();
+    return Hdf5File(path(name))
+        .dataset("x", H5T_STD_U8LE, {2, 3, 4}, counting<std::uint8_t>(24))
+        .close();
   }
 
   void expect_counting(const std::string& name, bool allow_external) const {
@@ -74,14 +77,16 @@ TEST_F(Hdf5Safety, ExternalStorageStaysInTheFolder) {
   expect_counting(external("in/good.h5", "raw.bin"), false);
   EXPECT_EQ(open_volume(path("in/good.h5"))->files(),
             (std::vector<std::string>{path("in/good.h5"), path("in/raw.bin")}));
-  expect_error(external("in/passwd.h5", "/etc/passwd"), {"'/etc/passwd'", "--allow-external", "allow_external"});
+  expect_error(external("in/passwd.h5", "/etc/passwd"),
+               {"'/etc/passwd'", "--allow-external", "allow_external"});
   const std::string up = external("in/up.h5", "../out.bin");
   expect_error(up, {"'../out.bin'", "--allow-external"});
   expect_counting(up, true);
   std::filesystem::create_symlink("../out.bin", path("in/link.bin"));
   expect_error(external("in/link.h5", "link.bin"), {"'link.bin'", "--allow-external"});
   expect_error(external("in/none.h5", "none.bin"), {"'none.bin'", "No such file"});
-  expect_error(external("in/short.h5", "short.bin"), {"24 bytes", "20 bytes"});  // libhdf5 would give zeros
+  expect_error(external("in/short.h5", "short.bin"),
+               {"24 bytes", "20 bytes"});  // libhdf5 would give zeros
   ASSERT_EQ(::mkfifo(path("in/pipe.bin").c_str(), 0600), 0);
   expect_error(external("in/pipe.h5", "pipe.bin"), {"'pipe.bin'", "pipe"});
 }
@@ -89,10 +94,14 @@ TEST_F(Hdf5Safety, ExternalStorageStaysInTheFolder) {
 TEST_F(Hdf5Safety, VirtualSourcesMustBeThere) {
   source_file("in/x.h5");
   source_file("out/x.h5");
-  Hdf5File(path("in/small.h5")).dataset("x", H5T_STD_U8LE, {2, 3, 3}, counting<std::uint8_t>(18)).close();
+  Hdf5File(path("in/small.h5"))
+      .dataset("x", H5T_STD_U8LE, {2, 3, 3}, counting<std::uint8_t>(18))
+      .close();
   expect_counting(virtual_file("in/good.h5", "x.h5", "/x"), false);
-  EXPECT_EQ(open_volume(path("in/good.h5"))->files(), (std::vector<std::string>{path("in/good.h5"), path("in/x.h5")}));
-  expect_error(virtual_file("in/gone.h5", "gone-source.h5", "/x"), {"gone-source.h5", "No such file"});
+  EXPECT_EQ(open_volume(path("in/good.h5"))->files(),
+            (std::vector<std::string>{path("in/good.h5"), path("in/x.h5")}));
+  expect_error(virtual_file("in/gone.h5", "gone-source.h5", "/x"),
+               {"gone-source.h5", "No such file"});
   expect_error(virtual_file("in/other.h5", "x.h5", "/y"), {"'/y'", "/x (rank 3, 2x3x4, u8)"});
   expect_error(virtual_file("in/less.h5", "small.h5", "/x"), {"small.h5:/x", "24 voxels", "2x3x3"});
   expect_error(virtual_file("in/self.h5", ".", "/data"), {"circle"});
@@ -118,16 +127,19 @@ TEST_F(Hdf5Safety, LinksAreLookedAtBeforeTheyAreFollowed) {
   H5Lcreate_external("../out/x.h5", "/x", file.id(), "outside", H5P_DEFAULT, H5P_DEFAULT);
   H5Lcreate_external("pipe.h5", "/x", file.id(), "pipe", H5P_DEFAULT, H5P_DEFAULT);
   const std::string name = file.close();
-  for (const char* good : {":/x", ":/g/soft", ":x", ":/beside", ":/root/x"}) expect_counting(name + good, false);
+  for (const char* good : {":/x", ":/g/soft", ":x", ":/beside", ":/root/x"})
+    expect_counting(name + good, false);
   expect_counting(name, false);  // one dataset of its own
-  EXPECT_EQ(open_volume(name + ":/beside")->files(), (std::vector<std::string>{name, path("in/x.h5")}));
+  EXPECT_EQ(open_volume(name + ":/beside")->files(),
+            (std::vector<std::string>{name, path("in/x.h5")}));
   expect_error(name + ":/outside", {"../out/x.h5", "--allow-external"});
   expect_counting(name + ":/outside", true);
   expect_error(name + ":/circle", {"circle"});
   expect_error(name + ":/dangling", {"/dangling", "/x (rank 3"});
   expect_error(name + ":/pipe", {"pipe.h5", "pipe"});
   expect_error(name + ":/g", {"a group", "/x (rank 3"});
-  expect_error(name + ":/none", {"'/none'", "/x (rank 3, 2x3x4, u8)", "external link '/beside' -> 'x.h5:/x'"});
+  expect_error(name + ":/none",
+               {"'/none'", "/x (rank 3, 2x3x4, u8)", "external link '/beside' -> 'x.h5:/x'"});
 }
 
 TEST_F(Hdf5Safety, MissingFiltersAreNamed) {
@@ -138,9 +150,12 @@ TEST_F(Hdf5Safety, MissingFiltersAreNamed) {
   const std::size_t at = bytes.find("deflate");
   ASSERT_NE(at, std::string::npos);
   // Before the name: filter (2 bytes), length of the name, flags, number of values (2 bytes each).
-  for (const auto& [number, text] : {std::pair{32000, "lzf (filter 32000)"}, {32001, "blosc (filter 32001)"},
-                                     {32026, "blosc2 (filter 32026)"}, {32008, "bitshuffle (filter 32008)"},
-                                     {32015, "zstd (filter 32015)"}, {31999, "filter 31999"}}) {
+  for (const auto& [number, text] : {std::pair{32000, "lzf (filter 32000)"},
+                                     {32001, "blosc (filter 32001)"},
+                                     {32026, "blosc2 (filter 32026)"},
+                                     {32008, "bitshuffle (filter 32008)"},
+                                     {32015, "zstd (filter 32015)"},
+                                     {31999, "filter 31999"}}) {
     std::string other = bytes;
     other[at - 8] = static_cast<char>(number & 0xff);
     other[at - 7] = static_cast<char>(number >> 8);
@@ -152,12 +167,17 @@ TEST_F(Hdf5Safety, MissingFiltersAreNamed) {
 std::string damageable(const std::string& name) {
   Hdf5File file(name);
   file.dataset("labels", H5T_STD_U16LE, {5, 6, 7}, counting<std::uint16_t>(210));
-  file.numbers("labels", "voxel_size", {40, 8, 4}).text("labels", "kind", "labels").text("labels", "name", "cells");
-  file.text("labels", "voxel_unit", "nm").text("/", "source", "somewhere").text("/", "licence", "CC0");
+  file.numbers("labels", "voxel_size", {40, 8, 4})
+      .text("labels", "kind", "labels")
+      .text("labels", "name", "cells");
+  file.text("labels", "voxel_unit", "nm")
+      .text("/", "source", "somewhere")
+      .text("/", "licence", "CC0");
   return file.close();
 }
 
-/// Reads the whole volume: any answer is right but the end or a hang of this process, or another exception.
+/// Reads the whole volume: any answer is right but the end or a hang of this process, or another
+/// exception.
 void read_damaged(const std::string& name) {
   try {
     const auto source = open_volume(name);
@@ -169,10 +189,12 @@ void read_damaged(const std::string& name) {
 
 TEST_F(Hdf5Safety, DamagedTextsOfVariableLengthNeitherCrashNorHang) {
   const std::string bytes = read_bytes(damageable(path("a.h5")));
-  const std::size_t heap = bytes.find("GCOL");  // the texts: version, 3 bytes, size of the heap, objects
+  const std::size_t heap =
+      bytes.find("GCOL");  // the texts: version, 3 bytes, size of the heap, objects
   ASSERT_NE(heap, std::string::npos);
   std::vector<std::pair<std::size_t, char>> damages;
-  for (std::size_t i = 0; i < 64; ++i) damages.emplace_back(heap + 4 + i, static_cast<char>(i % 2 == 0 ? 0x0a : 0xff));
+  for (std::size_t i = 0; i < 64; ++i)
+    damages.emplace_back(heap + 4 + i, static_cast<char>(i % 2 == 0 ? 0x0a : 0xff));
   for (std::size_t i = 16; i < 48; i += 8) damages.emplace_back(heap + i, '\0');
   for (const auto& [at, value] : damages) {
     std::string damaged = bytes;

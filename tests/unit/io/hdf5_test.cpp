@@ -1,4 +1,5 @@
-// HDF5: axis order, the choice of dataset, kinds and steps, against files made with the C library directly.
+// HDF5: axis order, the choice of dataset, kinds and steps, against files made with the C library
+// directly.
 #include "hdf5_file.hpp"
 
 namespace cvr::volumes {
@@ -8,10 +9,11 @@ using Hdf5 = IoTest;
 
 TEST_F(Hdf5, TheLastAxisOfTheFileIsX) {
   // z = 2, y = 3, x = 4, written in C order: the fifth value is (0, 1, 0).
-  const std::string name = Hdf5File(path("a.h5"))
-                               .dataset("labels", H5T_STD_U16BE, {2, 3, 4}, counting<std::uint16_t>(24))
-                               .numbers("labels", "voxel_size", {40, 8, 4})
-                               .close();
+  const std::string name =
+      Hdf5File(path("a.h5"))
+          .dataset("labels", H5T_STD_U16BE, {2, 3, 4}, counting<std::uint16_t>(24))
+          .numbers("labels", "voxel_size", {40, 8, 4})
+          .close();
   const auto source = open_volume(name);
   EXPECT_EQ(source->info().extent, (Extent{4, 3, 2}));
   EXPECT_EQ(source->info().voxel_size, (std::array<double, 3>{4, 8, 40}));
@@ -39,8 +41,10 @@ TEST_F(Hdf5, KindComesFromHintAttributeNameAndType) {
   EXPECT_EQ(open_volume(name + ":/stated")->info().kind, VolumeKind::kScalars);
   EXPECT_EQ(open_volume(name + ":/hounsfield")->info().kind, VolumeKind::kScalars);
   EXPECT_EQ(open_volume(name + ":/stated", VolumeKind::kLabels)->info().kind, VolumeKind::kLabels);
-  EXPECT_EQ(open_volume(name + ":/odd")->info().kind, VolumeKind::kLabels);  // somebody else's attribute
-  expect_error(name, {"/hounsfield (rank 3, 1x1x1, i16)", "/labels (rank 3, 1x1x1, u8)", "/odd", "/scalars"});
+  EXPECT_EQ(open_volume(name + ":/odd")->info().kind,
+            VolumeKind::kLabels);  // somebody else's attribute
+  expect_error(name, {"/hounsfield (rank 3, 1x1x1, i16)", "/labels (rank 3, 1x1x1, u8)", "/odd",
+                      "/scalars"});
   expect_error(name + ":/none", {"'/none'", "/labels"});
 }
 
@@ -57,7 +61,9 @@ TEST_F(Hdf5, SignedLabelsAreCheckedNotWrapped) {
 
 TEST_F(Hdf5, SeriesAreStacksOfSteps) {
   const std::string name =
-      Hdf5File(path("a.h5")).dataset("scalars", H5T_IEEE_F32LE, {3, 2, 3, 4}, counting<float>(72)).close();
+      Hdf5File(path("a.h5"))
+          .dataset("scalars", H5T_IEEE_F32LE, {3, 2, 3, 4}, counting<float>(72))
+          .close();
   for (const char* step : {":/scalars[2]", "[2]"}) {
     const auto source = open_volume(name + step);
     EXPECT_EQ(source->info().extent, (Extent{4, 3, 2}));
@@ -96,7 +102,8 @@ TEST_F(Hdf5, RefusesOtherRanksAndTypes) {
 TEST_F(Hdf5, AbsurdExtentsAreRefusedBeforeAnyAllocation) {
   const hid_t file = H5Fcreate(path("a.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
-  const std::array<hsize_t, 3> chunk{4, 4, 4}, size{hsize_t{1} << 20, hsize_t{1} << 20, hsize_t{1} << 20};
+  const std::array<hsize_t, 3> chunk{4, 4, 4},
+      size{hsize_t{1} << 20, hsize_t{1} << 20, hsize_t{1} << 20};
   H5Pset_chunk(layout, 3, chunk.data());
   const hid_t space = H5Screate_simple(3, size.data(), nullptr);
   H5Dclose(H5Dcreate2(file, "labels", H5T_STD_U8LE, space, H5P_DEFAULT, layout, H5P_DEFAULT));
@@ -110,7 +117,8 @@ TEST_F(Hdf5, DamagedFilesAreErrors) {
   const Volume volume = patterned({70, 13, 67}, VoxelType::kU32, VolumeKind::kLabels);
   write_volume(path("a.h5"), MemorySource(volume));
   const std::string bytes = read_bytes(path("a.h5"));
-  for (const std::size_t length : {bytes.size() - 1, bytes.size() / 2, std::size_t{600}, std::size_t{8}}) {
+  for (const std::size_t length :
+       {bytes.size() - 1, bytes.size() / 2, std::size_t{600}, std::size_t{8}}) {
     EXPECT_THROW(read_all(*open_volume(write_bytes("cut.h5", bytes.substr(0, length)))), InputError)
         << length;
   }
@@ -124,7 +132,8 @@ TEST_F(Hdf5, ChunksLargerThanTheDatasetAreRefused) {
       bytes.find(std::string("\3\0\0\0\4\0\0\0\5\0\0\0\4\0\0\0", 16));  // z, y, x, bytes a voxel
   ASSERT_NE(chunk, std::string::npos);
   bytes[chunk + 6] = '\x80';
-  expect_error(write_bytes("b.h5", bytes), {"chunks no larger than the dataset", "3x8388612x5 of 3x4x5"});
+  expect_error(write_bytes("b.h5", bytes),
+               {"chunks no larger than the dataset", "3x8388612x5 of 3x4x5"});
 }
 
 TEST_F(Hdf5, WritesIntoTheDatasetThatTheNameSays) {

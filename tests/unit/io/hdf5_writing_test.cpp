@@ -16,10 +16,12 @@ class Hdf5Writing : public IoTest {
   /// A file with more than one volume: a group with an attribute, a table, links, another volume.
   std::string crowded() const {
     Hdf5File file(path("two.h5"));
-    file.dataset("a", H5T_STD_U16BE, {2, 3, 4}, counting<std::uint16_t>(24)).text("a", "history", "made by hand");
+    file.dataset("a", H5T_STD_U16BE, {2, 3, 4}, counting<std::uint16_t>(24))
+        .text("a", "history", "made by hand");
     file.dataset("table", H5T_IEEE_F64LE, {7}, counting<double>(7));
     H5Gclose(H5Gcreate2(file.id(), "g", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-    file.dataset("g/b", H5T_STD_U8LE, {2, 2, 2}, counting<std::uint8_t>(8)).numbers("g", "resolution", {4, 4, 40});
+    file.dataset("g/b", H5T_STD_U8LE, {2, 2, 2}, counting<std::uint8_t>(8))
+        .numbers("g", "resolution", {4, 4, 40});
     H5Lcreate_soft("/a", file.id(), "soft", H5P_DEFAULT, H5P_DEFAULT);
     H5Lcreate_external("gone.h5", "/x", file.id(), "outside", H5P_DEFAULT, H5P_DEFAULT);
     file.text("/", "title", "two volumes");
@@ -30,7 +32,8 @@ class Hdf5Writing : public IoTest {
     const hid_t file = H5Fopen(name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
     std::vector<std::uint16_t> a(24);
     std::vector<double> table(7);
-    const hid_t a_id = H5Dopen2(file, "a", H5P_DEFAULT), table_id = H5Dopen2(file, "table", H5P_DEFAULT);
+    const hid_t a_id = H5Dopen2(file, "a", H5P_DEFAULT),
+                table_id = H5Dopen2(file, "table", H5P_DEFAULT);
     EXPECT_GE(H5Dread(a_id, H5T_NATIVE_UINT16, H5S_ALL, H5S_ALL, H5P_DEFAULT, a.data()), 0);
     EXPECT_GE(H5Dread(table_id, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, table.data()), 0);
     EXPECT_EQ(a, counting<std::uint16_t>(24));
@@ -48,7 +51,8 @@ class Hdf5Writing : public IoTest {
     H5Fclose(file);
   }
 
-  /// Writing must throw Error with all of `parts`, leave the bytes of `file` as they are and nothing beside it.
+  /// Writing must throw Error with all of `parts`, leave the bytes of `file` as they are and
+  /// nothing beside it.
   template <class Error>
   void expect_refused(const std::string& name, const VolumeSource& source, const std::string& file,
                       const std::vector<std::string>& parts) const {
@@ -58,7 +62,8 @@ class Hdf5Writing : public IoTest {
       ADD_FAILURE() << name << " was written";
     } catch (const Error& error) {
       for (const std::string& part : parts)
-        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what() << " lacks " << part;
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos)
+            << error.what() << " lacks " << part;
     }
     EXPECT_EQ(read_bytes(file), before);
     expect_files({std::filesystem::path(file).filename().string()});
@@ -87,7 +92,8 @@ TEST_F(Hdf5Writing, WhatWouldBeLostIsRefused) {
   const std::string name = crowded();
   const Volume volume = patterned({4, 4, 4}, VoxelType::kU8, VolumeKind::kLabels);
   const MemorySource source(volume);
-  expect_refused<InputError>(name, source, name, {"two.h5:/labels", "/a (rank 3, 2x3x4, u16)", "/g/b"});
+  expect_refused<InputError>(name, source, name,
+                             {"two.h5:/labels", "/a (rank 3, 2x3x4, u16)", "/g/b"});
   expect_refused<InputError>(name + ":/g", source, name, {"'/g'", "a group"});
   expect_refused<InputError>(name + ":/a/x", source, name, {"'/a'", "a dataset"});
   expect_refused<InputError>(name + ":/outside/x", source, name, {"'/outside'", "a link"});
@@ -97,7 +103,8 @@ TEST_F(Hdf5Writing, WhatWouldBeLostIsRefused) {
 }
 
 TEST_F(Hdf5Writing, ASingleVolumeOfOursIsReplaced) {
-  write_volume(path("a.h5"), MemorySource(patterned({9, 4, 4}, VoxelType::kU8, VolumeKind::kLabels)));
+  write_volume(path("a.h5"),
+               MemorySource(patterned({9, 4, 4}, VoxelType::kU8, VolumeKind::kLabels)));
   const Volume volume = patterned({4, 4, 4}, VoxelType::kU16, VolumeKind::kLabels);
   write_volume(path("a.h5"), MemorySource(volume));
   expect_boxes(*open_volume(path("a.h5")), volume);
@@ -109,13 +116,18 @@ TEST_F(Hdf5Writing, ASingleVolumeOfOursIsReplaced) {
   std::filesystem::remove(path("a.h5"));
   std::filesystem::remove(path("b.h5"));
   const std::string other =
-      Hdf5File(path("a.h5")).dataset("other", H5T_STD_U8LE, {1, 1, 1}, counting<std::uint8_t>(1)).close();
-  expect_refused<InputError>(other, MemorySource(scalars), other, {"a.h5:/scalars", "/other (rank 3, 1x1x1, u8)"});
+      Hdf5File(path("a.h5"))
+          .dataset("other", H5T_STD_U8LE, {1, 1, 1}, counting<std::uint8_t>(1))
+          .close();
+  expect_refused<InputError>(other, MemorySource(scalars), other,
+                             {"a.h5:/scalars", "/other (rank 3, 1x1x1, u8)"});
 }
 
 TEST_F(Hdf5Writing, TextsHaveFixedLength) {
-  write_volume(path("a.h5"), MemorySource(patterned({9, 4, 4}, VoxelType::kU8, VolumeKind::kLabels)));
-  EXPECT_EQ(read_bytes(path("a.h5")).find("GCOL"), std::string::npos);  // no heap of variable length
+  write_volume(path("a.h5"),
+               MemorySource(patterned({9, 4, 4}, VoxelType::kU8, VolumeKind::kLabels)));
+  EXPECT_EQ(read_bytes(path("a.h5")).find("GCOL"),
+            std::string::npos);  // no heap of variable length
 }
 
 /// Volumes that gzip cannot make smaller.
@@ -164,14 +176,16 @@ struct Unmount {
 
 TEST_F(Hdf5Writing, AFullDiskIsAnOutputError) {
   std::filesystem::create_directory(path("disk"));
-  if (::mount("none", path("disk").c_str(), "tmpfs", 0, "size=300k") != 0) GTEST_SKIP() << "no file system can be mounted";
+  if (::mount("none", path("disk").c_str(), "tmpfs", 0, "size=300k") != 0)
+    GTEST_SKIP() << "no file system can be mounted";
   const Unmount unmount{path("disk")};
   const Volume small = patterned({4, 4, 4}, VoxelType::kU8, VolumeKind::kLabels);
   try {
     write_volume(path("disk/a.h5"), MemorySource(noise(64)));
     ADD_FAILURE();
   } catch (const OutputError& error) {
-    EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("No space left on device"), std::string::npos)
+        << error.what();
   }
   EXPECT_TRUE(std::filesystem::is_empty(path("disk")));
   // An existing file keeps what it has.

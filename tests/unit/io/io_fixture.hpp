@@ -1,5 +1,5 @@
-// What the tests of readers and writers share: a folder of their own, volumes without symmetry, and bytes
-// written by hand.
+// What the tests of readers and writers share: a folder of their own, volumes without symmetry, and
+// bytes written by hand.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@
 
 namespace cvr::volumes {
 
-/// Voxels that differ along every axis, with the smallest and the largest value of the type among them.
+/// Voxels that differ along every axis, with the smallest and the largest value of the type among
+/// them.
 inline Volume patterned(const Extent& extent, VoxelType type, VolumeKind kind) {
   Volume volume({.extent = extent,
                  .type = type,
@@ -59,7 +60,11 @@ inline std::string plain_bytes(const Volume& volume) {
 
 inline std::string gzipped(std::string_view bytes) {
   std::string stream;
-  GzipWriter gzip([&](std::span<const std::byte> piece) { stream.append(reinterpret_cast<const char*>(piece.data()), piece.size()); }, 6);
+  GzipWriter gzip(
+      [&](std::span<const std::byte> piece) {
+        stream.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+      },
+      6);
   gzip.write(std::as_bytes(std::span(bytes)));
   gzip.finish();
   return stream;
@@ -79,8 +84,10 @@ class IoTest : public testing::Test {
   std::string write_bytes(const std::string& name, std::string_view bytes) const {
     const std::filesystem::path file(path(name));
     std::filesystem::create_directories(file.parent_path());
-    std::filesystem::remove(file);  // cutting an existing file short makes some file systems wait for the disk
-    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    std::filesystem::remove(
+        file);  // cutting an existing file short makes some file systems wait for the disk
+    std::ofstream(file, std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return file.string();
   }
 
@@ -95,7 +102,8 @@ class IoTest : public testing::Test {
                     std::optional<VolumeKind> kind = std::nullopt) const {
     expect_error(name, parts, OpenOptions{.kind = kind, .axes = {}});
   }
-  void expect_error(const std::string& name, const std::vector<std::string>& parts, const OpenOptions& options) const {
+  void expect_error(const std::string& name, const std::vector<std::string>& parts,
+                    const OpenOptions& options) const {
     try {
       const auto source = open_volume(name, options);
       std::byte voxel[8];
@@ -124,7 +132,8 @@ class IoTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
-/// A box read must equal the same box of the whole volume, for boxes inside, at the borders and of one voxel.
+/// A box read must equal the same box of the whole volume, for boxes inside, at the borders and of
+/// one voxel.
 inline void expect_boxes(const VolumeSource& source, const Volume& truth) {
   const Extent& e = truth.extent();
   const std::array boxes{
@@ -140,8 +149,8 @@ inline void expect_boxes(const VolumeSource& source, const Volume& truth) {
     std::vector<std::byte> expected(box.size.voxels() * width), found(expected.size());
     memory.read(box, expected.data());
     source.read(box, found.data());
-    EXPECT_EQ(found, expected) << to_string(box.size) << " at " << box.origin.x << "," << box.origin.y << ","
-                               << box.origin.z;
+    EXPECT_EQ(found, expected) << to_string(box.size) << " at " << box.origin.x << ","
+                               << box.origin.y << "," << box.origin.z;
   }
 }
 

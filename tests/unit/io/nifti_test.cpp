@@ -1,4 +1,5 @@
-// NIfTI-1: the exact header that we write, headers of both byte orders made by hand, and what is refused.
+// NIfTI-1: the exact header that we write, headers of both byte orders made by hand, and what is
+// refused.
 #include <nifti/nifti1.h>
 
 #include <cmath>
@@ -8,7 +9,8 @@
 namespace cvr::volumes {
 namespace {
 
-/// Header, 4 bytes of extension flag, and no voxels; fields at their byte offsets of the specification.
+/// Header, 4 bytes of extension flag, and no voxels; fields at their byte offsets of the
+/// specification.
 class HeaderBytes {
  public:
   explicit HeaderBytes(bool big_endian = false) : big_endian_(big_endian), bytes_(352, '\0') {
@@ -58,8 +60,10 @@ TEST_F(Nifti, TheFirstAxisIsX) {
 }
 
 TEST_F(Nifti, HeaderIsGolden) {
-  Volume volume(
-      {.extent = {3, 1, 2}, .type = VoxelType::kU16, .voxel_size = {0.5, 1, 2}, .voxel_unit = "mm"});
+  Volume volume({.extent = {3, 1, 2},
+                 .type = VoxelType::kU16,
+                 .voxel_size = {0.5, 1, 2},
+                 .voxel_unit = "mm"});
   for (std::uint16_t i = 0; i < 6; ++i)
     volume.voxels<std::uint16_t>()[i] = static_cast<std::uint16_t>(0x6160 + i);
   write_volume(path("a.nii"), MemorySource(volume));
@@ -95,7 +99,9 @@ TEST_F(Nifti, BigEndianOfEveryWidth) {
                         Case{DT_FLOAT32, VoxelType::kF32, VolumeKind::kScalars}}) {
     const Volume volume = patterned({5, 7, 3}, c.type, c.kind);
     HeaderBytes header(true);
-    header.dims(5, 7, 3).type(c.code, static_cast<std::int16_t>(8 * size_of(c.type))).put<float>(84, -2.5f);
+    header.dims(5, 7, 3)
+        .type(c.code, static_cast<std::int16_t>(8 * size_of(c.type)))
+        .put<float>(84, -2.5f);
     const auto source = open_volume(write_bytes("a.nii", header.with(big_endian_bytes(volume))));
     EXPECT_EQ(source->info().kind, c.kind);
     EXPECT_EQ(source->info().voxel_size[1], 2.5);
@@ -127,14 +133,17 @@ TEST_F(Nifti, SeriesAreStacksOfSteps) {
 
 TEST_F(Nifti, SignedLabelsAreCheckedNotWrapped) {
   const auto make = [this](std::int16_t code, std::int16_t bits, const std::string& voxels) {
-    return write_bytes("a.nii",
-                       HeaderBytes().dims(2, 1, 1).type(code, bits).put<std::int16_t>(68, 1002).with(voxels));
+    return write_bytes(
+        "a.nii",
+        HeaderBytes().dims(2, 1, 1).type(code, bits).put<std::int16_t>(68, 1002).with(voxels));
   };
   EXPECT_EQ(read_all(*open_volume(make(DT_INT8, 8, "\1\x7f"))).label({1, 0, 0}), 127u);
   expect_error(make(DT_INT8, 8, "\xff\1"), {"-1"});
-  EXPECT_EQ(read_all(*open_volume(make(DT_INT16, 16, std::string("\1\0\2\1", 4)))).label({1, 0, 0}), 258u);
+  EXPECT_EQ(read_all(*open_volume(make(DT_INT16, 16, std::string("\1\0\2\1", 4)))).label({1, 0, 0}),
+            258u);
   expect_error(make(DT_INT16, 16, std::string("\xfe\xff\2\1", 4)), {"-2"});
-  EXPECT_EQ(read_all(*open_volume(make(DT_INT32, 32, std::string("\1\0\0\0\2\1\0\0", 8)))).label({1, 0, 0}),
+  EXPECT_EQ(read_all(*open_volume(make(DT_INT32, 32, std::string("\1\0\0\0\2\1\0\0", 8))))
+                .label({1, 0, 0}),
             258u);
   expect_error(make(DT_INT32, 32, std::string("\xfd\xff\xff\xff\2\1\0\0", 8)), {"-3"});
 }
@@ -157,8 +166,10 @@ TEST_F(Nifti, RefusesWhatItCannotRead) {
   refuse(HeaderBytes().put<std::int32_t>(0, 0x1c020000), {"NIfTI-2"});
   refuse(HeaderBytes().put<std::int32_t>(0, 347), {"348", "other bytes"});
   for (const std::int16_t rank : {0, 8, 9, -1}) {
-    refuse(HeaderBytes().put<std::int16_t>(40, rank), {"1 to 7 axes", "dim[0] " + std::to_string(rank)});
-    refuse(HeaderBytes(true).put<std::int16_t>(40, rank), {"dim[0] " + std::to_string(rank), "big-endian"});
+    refuse(HeaderBytes().put<std::int16_t>(40, rank),
+           {"1 to 7 axes", "dim[0] " + std::to_string(rank)});
+    refuse(HeaderBytes(true).put<std::int16_t>(40, rank),
+           {"dim[0] " + std::to_string(rank), "big-endian"});
   }
   refuse(HeaderBytes().dims(2, 0, 2), {"dim[2]", "0"});
   refuse(HeaderBytes().dims(2, 3, -2), {"dim[3]", "-2"});
@@ -178,7 +189,8 @@ TEST_F(Nifti, SurplusAndMissingBytesAreErrors) {
     const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
     write_volume(path("whole.nii"), MemorySource(volume));
     const std::string whole = read_bytes(path("whole.nii"));
-    for (const auto& [bytes, numbers] : {std::pair{whole + "x", std::array{"210", "211"}}, {whole.substr(0, whole.size() - 1), {"210", "209"}}}) {
+    for (const auto& [bytes, numbers] : {std::pair{whole + "x", std::array{"210", "211"}},
+                                         {whole.substr(0, whole.size() - 1), {"210", "209"}}}) {
       if (std::string(name).ends_with("gz")) {
         expect_error(write_bytes(name, gzipped(bytes)), {"562", std::to_string(bytes.size())});
       } else {
@@ -190,7 +202,8 @@ TEST_F(Nifti, SurplusAndMissingBytesAreErrors) {
 
 TEST_F(Nifti, NotANumberAsASlopeMeansUnscaled) {
   for (const float slope : {NAN, 0.0f}) {
-    const auto source = open_volume(write_bytes("a.nii", HeaderBytes().put<float>(112, slope).put<float>(116, slope).with(kTwelve)));
+    const auto source = open_volume(write_bytes(
+        "a.nii", HeaderBytes().put<float>(112, slope).put<float>(116, slope).with(kTwelve)));
     EXPECT_EQ(plain_bytes(read_all(*source)), kTwelve);
   }
 }
@@ -199,30 +212,48 @@ TEST_F(Nifti, ExtensionsAreSkipped) {
   std::string extension(32, 'e');
   extension.replace(0, 8, std::string("\x20\0\0\0\6\0\0\0", 8));
   const HeaderBytes header = HeaderBytes().put<float>(108, 384).put<std::int32_t>(348, 1);
-  EXPECT_EQ(plain_bytes(read_all(*open_volume(write_bytes("a.nii", header.with(extension + kTwelve))))), kTwelve);
-  EXPECT_EQ(plain_bytes(read_all(*open_volume(write_bytes("a.nii.gz", gzipped(header.with(extension + kTwelve)))))), kTwelve);
+  EXPECT_EQ(
+      plain_bytes(read_all(*open_volume(write_bytes("a.nii", header.with(extension + kTwelve))))),
+      kTwelve);
+  EXPECT_EQ(plain_bytes(read_all(
+                *open_volume(write_bytes("a.nii.gz", gzipped(header.with(extension + kTwelve)))))),
+            kTwelve);
   extension[0] = 0x30;
-  expect_error(write_bytes("a.nii", header.with(extension + kTwelve)), {"byte 352", "48 bytes", "384"});
+  expect_error(write_bytes("a.nii", header.with(extension + kTwelve)),
+               {"byte 352", "48 bytes", "384"});
 }
 
 TEST_F(Nifti, TheOffsetIsThatOfTheTransform) {
   HeaderBytes header;
   header.put<std::int16_t>(252, 1);  // qform_code; quaternions of the identity
   header.put<float>(268, 10.25f).put<float>(272, -20).put<float>(276, 0.1f);
-  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset, (std::array<double, 3>{10.25, -20, 0.1}));
-  header.put<std::int16_t>(254, 2);  // sform_code goes before; x runs backwards, y and z are exchanged
-  header.put<float>(280, -2).put<float>(292, 5).put<float>(304, 3).put<float>(308, 6).put<float>(316, 4).put<float>(324, 7);
-  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset, (std::array<double, 3>{5, 7, 6}));
+  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset,
+            (std::array<double, 3>{10.25, -20, 0.1}));
+  header.put<std::int16_t>(254,
+                           2);  // sform_code goes before; x runs backwards, y and z are exchanged
+  header.put<float>(280, -2)
+      .put<float>(292, 5)
+      .put<float>(304, 3)
+      .put<float>(308, 6)
+      .put<float>(316, 4)
+      .put<float>(324, 7);
+  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset,
+            (std::array<double, 3>{5, 7, 6}));
   header.put<float>(284, 1);  // oblique
-  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset, (std::array<double, 3>{5, 6, 7}));
-  EXPECT_EQ(open_volume(write_bytes("a.nii", HeaderBytes().put<float>(268, 3).with(kTwelve)))->info().offset, (std::array<double, 3>{}))
+  EXPECT_EQ(open_volume(write_bytes("a.nii", header.with(kTwelve)))->info().offset,
+            (std::array<double, 3>{5, 6, 7}));
+  EXPECT_EQ(open_volume(write_bytes("a.nii", HeaderBytes().put<float>(268, 3).with(kTwelve)))
+                ->info()
+                .offset,
+            (std::array<double, 3>{}))
       << "no code, no transform";
   expect_error(write_bytes("a.nii", header.put<float>(292, NAN).with(kTwelve)), {"srow_x", "nan"});
 }
 
 TEST_F(Nifti, AxesMayBeNamed) {
   HeaderBytes header;
-  header.put<std::int16_t>(40, 5).put<std::int16_t>(46, 1).put<std::int16_t>(50, 2);  // 2 x 3 x 1 x 1 x 2
+  header.put<std::int16_t>(40, 5).put<std::int16_t>(46, 1).put<std::int16_t>(
+      50, 2);  // 2 x 3 x 1 x 1 x 2
   const std::string name = write_bytes("a.nii", header.with(kTwelve));
   expect_error(name, {"dim[5]", "found 2", "--axes"});
   for (const char* axes : {"xyt", "xyzct"}) {
@@ -248,11 +279,18 @@ TEST_F(Nifti, DoublesThatAreWholeNumbersAreLabels) {
   EXPECT_EQ(source->info().type, VoxelType::kU64);
   EXPECT_EQ(read_all(*source).label({0, 0, 0}), 9007199254740992u);
   EXPECT_EQ(read_all(*source).label({1, 0, 0}), 3u);
-  EXPECT_EQ(read_all(*open_volume(write_bytes("A.NII.GZ", gzipped(header.with(bytes))), VolumeKind::kLabels)).label({1, 0, 0}), 3u);
+  EXPECT_EQ(read_all(*open_volume(write_bytes("A.NII.GZ", gzipped(header.with(bytes))),
+                                  VolumeKind::kLabels))
+                .label({1, 0, 0}),
+            3u);
 }
 
 TEST_F(Nifti, WritesOffsetsOrSaysThatItCannot) {
-  Volume volume({.extent = {1, 1, 1}, .type = VoxelType::kU8, .voxel_size = {4, 4, 40}, .voxel_unit = "nm", .offset = {1200.5, -4, 0}});
+  Volume volume({.extent = {1, 1, 1},
+                 .type = VoxelType::kU8,
+                 .voxel_size = {4, 4, 40},
+                 .voxel_unit = "nm",
+                 .offset = {1200.5, -4, 0}});
   volume.data()[0] = std::byte{1};
   write_volume(path("a.nii"), MemorySource(volume));
   EXPECT_EQ(open_volume(path("a.nii"))->info().offset, (std::array<double, 3>{1.2005, -0.004, 0}));

@@ -1,5 +1,6 @@
-// What may be written where: targets and how they are refused, inputs that no output may replace by whatever
-// name, full disks and limits, several writers of one name, and outputs that are abandoned.
+// What may be written where: targets and how they are refused, inputs that no output may replace by
+// whatever name, full disks and limits, several writers of one name, and outputs that are
+// abandoned.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -78,11 +79,13 @@ TEST_F(Outputs, ALinkStaysALinkAndAReplacedFileKeepsItsPermissions) {
   write_whole_file(path("link"), "new");
   EXPECT_TRUE(fs::is_symlink(path("link")));
   EXPECT_EQ(read_bytes(path("elsewhere/real")), "new");
-  EXPECT_EQ(fs::status(path("elsewhere/real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_EQ(fs::status(path("elsewhere/real")).permissions(),
+            fs::perms::owner_read | fs::perms::owner_write);
   // A header lies beside the file itself and not beside a link to it.
   write_volume(path("elsewhere/a.raw"), MemorySource(small()));
   fs::create_symlink("elsewhere/a.raw", path("b.raw"));
-  expect_throw<OutputError>([&] { write_volume(path("b.raw"), MemorySource(small())); }, "symbolic link");
+  expect_throw<OutputError>([&] { write_volume(path("b.raw"), MemorySource(small())); },
+                            "symbolic link");
   expect_files({"b.raw", "elsewhere", "link"});
 }
 
@@ -92,8 +95,9 @@ TEST_F(Outputs, InputsAreNotReplacedByWhateverName) {
   fs::create_hard_link(path("data/in"), path("hard"));
   fs::create_directory_symlink("data", path("folder"));
   const std::string input = path("data/in");
-  for (const std::string& name : {path("data/in"), path("data/../data/./in"), path("symbolic"), path("hard"),
-                                  path("folder/in"), fs::relative(path("data/in")).string()}) {
+  for (const std::string& name :
+       {path("data/in"), path("data/../data/./in"), path("symbolic"), path("hard"),
+        path("folder/in"), fs::relative(path("data/in")).string()}) {
     expect_throw<InputError>(
         [&] {
           refuse_to_replace({path("other"), name}, {path("nothing"), input});
@@ -139,12 +143,15 @@ TEST_F(Outputs, WritersRefuseToReplaceWhatTheirSourceReads) {
   // What a reader says it reads is refused: the folder of a precomputed volume.
   const auto folder = open_volume(path("g.precomputed"));
   expect_throw<InputError>([&] { write_volume(path("g.precomputed"), *folder); }, "which is read");
-  expect_throw<InputError>([&] { write_volume(path("g.precomputed/a.h5"), *folder); }, "which is read");
-  expect_throw<InputError>([&] { write_volume(path("g.precomputed/8_4.5_40/"), *folder); }, "which is read");
+  expect_throw<InputError>([&] { write_volume(path("g.precomputed/a.h5"), *folder); },
+                           "which is read");
+  expect_throw<InputError>([&] { write_volume(path("g.precomputed/8_4.5_40/"), *folder); },
+                           "which is read");
   expect_boxes(*open_volume(path("g.precomputed")), volume);
 }
 
-/// Runs `act` in a process of its own, which may spoil its limits; its exit code says what was thrown.
+/// Runs `act` in a process of its own, which may spoil its limits; its exit code says what was
+/// thrown.
 template <class Act>
 int in_child(Act act) {
   const pid_t child = ::fork();
@@ -164,7 +171,8 @@ int in_child(Act act) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-/// A limit of the size of files stands for a full disk: both fail in the middle of a write. HDF5 has tests of its own.
+/// A limit of the size of files stands for a full disk: both fail in the middle of a write. HDF5
+/// has tests of its own.
 TEST_F(Outputs, NothingIsLeftWhereThereIsNoRoom) {
   const Volume big = patterned({70, 60, 50}, VoxelType::kU32, VolumeKind::kLabels);
   const Volume scalars = patterned({70, 60, 50}, VoxelType::kF32, VolumeKind::kScalars);
@@ -227,7 +235,8 @@ TEST_F(Outputs, SeveralWritersOfOneNameTearNothing) {
     ASSERT_EQ(source->info().extent, last.extent()) << name;
     expect_boxes(*source, last);
   }
-  expect_files({"b.nrrd", "c.nhdr", "c.nhdr.bin", "e.nii.gz", "f.raw", "f.raw.yaml", "g.precomputed"});
+  expect_files(
+      {"b.nrrd", "c.nhdr", "c.nhdr.bin", "e.nii.gz", "f.raw", "f.raw.yaml", "g.precomputed"});
 }
 
 /// abandon_outputs ends all writing of a process for good, so this runs in one of its own.

@@ -15,7 +15,8 @@ namespace cvr::volumes {
 class Precomputed : public IoTest {
  protected:
   static nlohmann::json small_info() {
-    return nlohmann::json::parse(R"({"type": "image", "data_type": "uint8", "num_channels": 1, "scales": [
+    return nlohmann::json::parse(
+        R"({"type": "image", "data_type": "uint8", "num_channels": 1, "scales": [
       {"key": "8_8_40", "size": [3, 2, 3], "resolution": [8, 8, 40], "voxel_offset": [10, -4, 100],
        "chunk_sizes": [[2, 2, 2]], "encoding": "raw"},
       {"key": "16_16_40", "size": [2, 1, 2], "resolution": [16, 16, 40], "chunk_sizes": [[2, 2, 2]], "encoding": "raw"}]})");
@@ -33,8 +34,8 @@ class Precomputed : public IoTest {
               bytes += static_cast<char>(100 + i + 10 * j + 20 * k);
           }
         }
-        write_bytes(fmt::format("vol/8_8_40/{}-{}_-4--2_{}-{}", 10 + x, 10 + std::min(x + 2, 3), 100 + z,
-                                100 + std::min(z + 2, 3)),
+        write_bytes(fmt::format("vol/8_8_40/{}-{}_-4--2_{}-{}", 10 + x, 10 + std::min(x + 2, 3),
+                                100 + z, 100 + std::min(z + 2, 3)),
                     bytes);
       }
     }
@@ -46,7 +47,8 @@ class Precomputed : public IoTest {
     const Volume volume = read_all(source);
     for (std::uint64_t z = 0; z < 3; ++z) {
       for (std::uint64_t y = 0; y < 2; ++y) {
-        for (std::uint64_t x = 0; x < 3; ++x) EXPECT_EQ(volume.label({x, y, z}), 100 + x + 10 * y + 20 * z);
+        for (std::uint64_t x = 0; x < 3; ++x)
+          EXPECT_EQ(volume.label({x, y, z}), 100 + x + 10 * y + 20 * z);
       }
     }
     expect_boxes(source, volume);

@@ -9,7 +9,8 @@
 namespace cvr::volumes {
 namespace {
 
-/// Shape, type, voxels and sum as the description of a volume says; its lists are slowest axis first.
+/// Shape, type, voxels and sum as the description of a volume says; its lists are slowest axis
+/// first.
 void expect_volume(const std::string& name, const nlohmann::json& expected) {
   const auto source = open_volume(name);
   const VolumeInfo& info = source->info();
@@ -17,7 +18,8 @@ void expect_volume(const std::string& name, const nlohmann::json& expected) {
   EXPECT_EQ(expected["voxel_size"],
             nlohmann::json({info.voxel_size[2], info.voxel_size[1], info.voxel_size[0]}));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    EXPECT_EQ(info.offset[axis], expected["voxel_offset"][2 - axis].get<double>() * info.voxel_size[axis]);
+    EXPECT_EQ(info.offset[axis],
+              expected["voxel_offset"][2 - axis].get<double>() * info.voxel_size[axis]);
   }
   const Volume volume = read_all(*source);
   const auto value = [&](const Coordinate& at) {
@@ -41,8 +43,8 @@ void expect_volume(const std::string& name, const nlohmann::json& expected) {
   EXPECT_NEAR(static_cast<double>(sum), total, std::fabs(total) * 1e-12);
 }
 
-/// What other programs wrote, with what the voxels must be. A case that is not read is refused, and says why:
-/// support cannot shrink unnoticed.
+/// What other programs wrote, with what the voxels must be. A case that is not read is refused, and
+/// says why: support cannot shrink unnoticed.
 TEST_F(Precomputed, FoldersOfOtherPrograms) {
   const char* fixtures = std::getenv("CVRBENCH_FIXTURES");
   const std::filesystem::path folder =
@@ -82,7 +84,8 @@ TEST_F(Precomputed, FoldersOfOtherPrograms) {
           open_volume(whole);
           ADD_FAILURE() << "was read";
         } catch (const InputError& error) {
-          EXPECT_NE(std::string(error.what()).find(refusal->second), std::string::npos) << error.what();
+          EXPECT_NE(std::string(error.what()).find(refusal->second), std::string::npos)
+              << error.what();
         }
         continue;
       }

@@ -1,5 +1,5 @@
-// Reading Neuroglancer precomputed: chunks made by hand with an offset and partial borders, gzip, missing chunks, and what must not pass
-// for zeros.
+// Reading Neuroglancer precomputed: chunks made by hand with an offset and partial borders, gzip,
+// missing chunks, and what must not pass for zeros.
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -59,7 +59,8 @@ TEST_F(Precomputed, MissingChunksAreZeroButMissingScalesAreErrors) {
 
 TEST_F(Precomputed, CompressedSegmentationByHand) {
   // One block of 2 x 2 x 1 of which 2 x 1 x 1 are inside: labels 7 and 2^33 + 5, one bit each.
-  write_bytes("vol/info", R"({"type": "segmentation", "data_type": "uint64", "num_channels": 1, "scales": [
+  write_bytes("vol/info",
+              R"({"type": "segmentation", "data_type": "uint64", "num_channels": 1, "scales": [
       {"key": "s", "size": [2, 1, 1], "resolution": [4, 4, 4], "voxel_offset": [0, 0, 0], "chunk_sizes": [[64, 64, 64]],
        "encoding": "compressed_segmentation", "compressed_segmentation_block_size": [2, 2, 1]}]})");
   const std::array<std::uint32_t, 8> words{1, 3u | (1u << 24), 2, 0b10, 7, 0, 5, 2};
@@ -105,7 +106,8 @@ TEST_F(Precomputed, RefusesWhatItCannotRead) {
   refuse("/scales/0/chunk_sizes", {{2, 2, 2}, {1, 2}}, {"chunk_sizes[1]", "[1,2]"});
   refuse("/scales/1/key", "8_8_40", {"scales[1].key", "no other scale"});
   refuse("/@type", "neuroglancer_legacy_mesh", {"@type", "neuroglancer_legacy_mesh"});
-  refuse("/scales/0/sharding", {{"@type", "neuroglancer_uint64_sharded_v1"}}, {"sharding", "unsharded"});
+  refuse("/scales/0/sharding", {{"@type", "neuroglancer_uint64_sharded_v1"}},
+         {"sharding", "unsharded"});
   refuse("/scales/0/key", "../8_8_40", {"key", "../8_8_40"});
   refuse("/scales/0/key", "", {"key"});
   for (const char* text : {"", "{", "[]", "7", "{\"type\": \"image\"}"}) {
@@ -130,9 +132,9 @@ TEST_F(Precomputed, WhatFitsNothingNeverPassesForZeros) {
   const std::string name = make_small();
   const std::string folder = name + "/8_8_40/";
   for (const char* stranger :
-       {"10-12_-4--2_100-102.br", "10-12_-4--2_100-102.zst", "10-12_-4--2_100-102.part0", "0-2_-4--2_100-102",
-        "10-13_-4--2_100-102", "12-14_-4--2_100-102", "14-16_-4--2_100-102", "0.shard", "notes.txt",
-        "99999999999999999999-1_0-1_0-1"}) {
+       {"10-12_-4--2_100-102.br", "10-12_-4--2_100-102.zst", "10-12_-4--2_100-102.part0",
+        "0-2_-4--2_100-102", "10-13_-4--2_100-102", "12-14_-4--2_100-102", "14-16_-4--2_100-102",
+        "0.shard", "notes.txt", "99999999999999999999-1_0-1_0-1"}) {
     write_bytes(std::string("vol/8_8_40/") + stranger, "mine");
     expect_error(name, {stranger, "10-12_-4--2_100-102"});
     std::filesystem::remove(folder + stranger);
@@ -163,7 +165,8 @@ TEST_F(Precomputed, AnEditedOffsetIsAnError) {
 
 TEST_F(Precomputed, PlainAndGzippedFilesOfOneChunkContradict) {
   const std::string name = make_small();
-  write_bytes("vol/8_8_40/10-12_-4--2_100-102.gz", gzipped(read_bytes(name + "/8_8_40/10-12_-4--2_100-102")));
+  write_bytes("vol/8_8_40/10-12_-4--2_100-102.gz",
+              gzipped(read_bytes(name + "/8_8_40/10-12_-4--2_100-102")));
   expect_error(name, {"10-12_-4--2_100-102", "one file of a chunk"});
 }
 
@@ -238,9 +241,10 @@ TEST_F(Precomputed, AxesAreThoseOfTheFormat) {
     } catch (const InputError& error) {
       EXPECT_NE(
           std::string(error.what())
-              .find(fmt::format("axes: expected none, xyz or xyzc, since precomputed volumes are stored so, "
-                                "found '{}'",
-                                axes)),
+              .find(fmt::format(
+                  "axes: expected none, xyz or xyzc, since precomputed volumes are stored so, "
+                  "found '{}'",
+                  axes)),
           std::string::npos)
           << error.what();
     }

@@ -47,11 +47,13 @@ TEST_F(Precomputed, WritesTheInfoThatNeuroglancerReads) {
   volume.info().voxel_unit = "um";
   write_volume(path("new") + "/", MemorySource(volume));
   const auto info = nlohmann::json::parse(read_bytes(path("new/info")));
-  EXPECT_EQ(info, nlohmann::json::parse(R"({"@type": "neuroglancer_multiscale_volume", "type": "segmentation",
+  EXPECT_EQ(info, nlohmann::json::parse(
+                      R"({"@type": "neuroglancer_multiscale_volume", "type": "segmentation",
       "data_type": "uint32", "num_channels": 1, "scales": [{"key": "8000_4500_40000", "size": [70, 13, 67],
       "resolution": [8000.0, 4500.0, 40000.0], "voxel_offset": [0, 0, 0], "chunk_sizes": [[64, 64, 64]],
       "encoding": "compressed_segmentation", "compressed_segmentation_block_size": [8, 8, 8]}]})"));
-  for (const char* chunk : {"0-64_0-13_0-64", "64-70_0-13_0-64", "0-64_0-13_64-67", "64-70_0-13_64-67"}) {
+  for (const char* chunk :
+       {"0-64_0-13_0-64", "64-70_0-13_0-64", "0-64_0-13_64-67", "64-70_0-13_64-67"}) {
     const std::string bytes = read_bytes(path("new/8000_4500_40000/") + chunk);
     ASSERT_GE(bytes.size(), 4u);
     EXPECT_EQ(bytes.substr(0, 4), std::string("\1\0\0\0", 4)) << chunk;
@@ -74,7 +76,8 @@ TEST_F(Precomputed, ReplacesOnlyPrecomputedVolumes) {
 TEST_F(Precomputed, TheOffsetIsReadAndWritten) {
   const auto source = open_volume(make_small());
   EXPECT_EQ(source->info().offset, (std::array<double, 3>{80, -32, 4000}));
-  EXPECT_EQ(source->files(), (std::vector<std::string>{std::filesystem::canonical(path("vol")).string()}));
+  EXPECT_EQ(source->files(),
+            (std::vector<std::string>{std::filesystem::canonical(path("vol")).string()}));
   write_volume(path("copy/"), *source);
   const auto info = nlohmann::json::parse(read_bytes(path("copy/info")));
   EXPECT_EQ(info["scales"][0]["voxel_offset"], nlohmann::json({10, -4, 100}));

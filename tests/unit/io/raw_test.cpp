@@ -1,4 +1,5 @@
-// Raw voxels with a sidecar: zero copy, byte order, offsets, and positions in the errors of the sidecar.
+// Raw voxels with a sidecar: zero copy, byte order, offsets, and positions in the errors of the
+// sidecar.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -24,8 +25,9 @@ TEST_F(Raw, IsMappedWithoutACopy) {
   ASSERT_NE(source->data(), nullptr);
   EXPECT_EQ(std::memcmp(source->data(), volume.data(), volume.bytes().size()), 0);
   EXPECT_EQ(read_bytes(path("a.raw")), plain_bytes(volume));
-  EXPECT_EQ(read_bytes(path("a.raw.yaml")),
-            "extent: [70, 13, 67]\ntype: u32\nkind: labels\nvoxel_size: [8, 4.5, 40]\nvoxel_unit: nm\n");
+  EXPECT_EQ(
+      read_bytes(path("a.raw.yaml")),
+      "extent: [70, 13, 67]\ntype: u32\nkind: labels\nvoxel_size: [8, 4.5, 40]\nvoxel_unit: nm\n");
 }
 
 TEST_F(Raw, TheFirstAxisIsX) {
@@ -36,42 +38,53 @@ TEST_F(Raw, TheFirstAxisIsX) {
 
 TEST_F(Raw, ByteOrderAndOffset) {
   const Volume volume = patterned({5, 7, 3}, VoxelType::kU64, VolumeKind::kLabels);
-  const auto big = open_volume(make("extent: [5, 7, 3]\ntype: u64\nbyte_order: big\noffset_bytes: 3\n",
-                                    "xyz" + big_endian_bytes(volume)));
+  const auto big =
+      open_volume(make("extent: [5, 7, 3]\ntype: u64\nbyte_order: big\noffset_bytes: 3\n",
+                       "xyz" + big_endian_bytes(volume)));
   EXPECT_EQ(big->data(), nullptr);
   expect_boxes(*big, volume);
-  const auto odd =
-      open_volume(make("extent: [5, 7, 3]\ntype: u64\noffset_bytes: 3\n", "xyz" + plain_bytes(volume)));
+  const auto odd = open_volume(
+      make("extent: [5, 7, 3]\ntype: u64\noffset_bytes: 3\n", "xyz" + plain_bytes(volume)));
   EXPECT_EQ(odd->data(), nullptr) << "misaligned voxels must not be handed out";
   expect_boxes(*odd, volume);
 }
 
 TEST_F(Raw, ErrorsOfTheSidecarHavePositions) {
-  expect_error(make("extent: [2, 3, 1]\ntype: u8\n  color: red\n", "abcdef"), {"a.raw.yaml", "YAML"});
-  expect_error(make("extent: [2, 3, 1]\ntype: u8\ncolor: red\n", "abcdef"), {"a.raw.yaml:3:1", "'color'"});
+  expect_error(make("extent: [2, 3, 1]\ntype: u8\n  color: red\n", "abcdef"),
+               {"a.raw.yaml", "YAML"});
+  expect_error(make("extent: [2, 3, 1]\ntype: u8\ncolor: red\n", "abcdef"),
+               {"a.raw.yaml:3:1", "'color'"});
   expect_error(make("extent: [2, 3]\ntype: u8\n", "abcdef"), {"1:9"});
   expect_error(make("extent: [2, -3, 1]\ntype: u8\n", "abcdef"), {"1:13", "'-3'"});
   expect_error(make("extent: [2, 3.5, 1]\ntype: u8\n", "abcdef"), {"1:13", "'3.5'"});
   expect_error(make("extent: [2, 3, 1]\ntype: u128\n", "abcdef"), {"2:7", "'u128'"});
   expect_error(make("extent: [2, 3, 1]\n", "abcdef"), {"'type'"});
   expect_error(make("type: u8\n", "abcdef"), {"'extent'"});
-  expect_error(make("extent: [2, 3, 1]\ntype: u8\nkind: colours\n", "abcdef"), {"3:7", "'colours'"});
-  expect_error(make("extent: [2, 3, 1]\ntype: u8\nvoxel_size: [1, 0, 1]\n", "abcdef"), {"3:17", "positive", "'0'"});
-  expect_error(make("extent: [2, 3, 1]\ntype: u8\nbyte_order: middle\n", "abcdef"), {"3:13", "'middle'"});
+  expect_error(make("extent: [2, 3, 1]\ntype: u8\nkind: colours\n", "abcdef"),
+               {"3:7", "'colours'"});
+  expect_error(make("extent: [2, 3, 1]\ntype: u8\nvoxel_size: [1, 0, 1]\n", "abcdef"),
+               {"3:17", "positive", "'0'"});
+  expect_error(make("extent: [2, 3, 1]\ntype: u8\nbyte_order: middle\n", "abcdef"),
+               {"3:13", "'middle'"});
   expect_error(make("extent: [2, 3, 1]\ntype: u8\noffset_bytes: -1\n", "abcdef"), {"3:15", "'-1'"});
   expect_error(make("- a\n- list\n", "abcdef"), {"a.raw.yaml"});
   expect_error(make("", "abcdef"), {"a.raw.yaml"});
-  expect_error(make("extent: [2, 3, 1]\ntype: f32\nkind: labels\n", "abcdefabcdefabcdefabcdef"), {"f32", "voxel (0, 0, 0)"});
+  expect_error(make("extent: [2, 3, 1]\ntype: f32\nkind: labels\n", "abcdefabcdefabcdefabcdef"),
+               {"f32", "voxel (0, 0, 0)"});
 }
 
 TEST_F(Raw, TheSidecarObeysTheRulesOfConfigurations) {
   const std::string good = "extent: [2, 3, 1]\ntype: u8\n";
   expect_error(make(good + "type: i16\n", "abcdef"), {"a.raw.yaml:3:1", "'type' again"});
   expect_error(make(good + "extent: [3, 2, 1]\n", "abcdef"), {"a.raw.yaml:3:1", "'extent' again"});
-  expect_error(make(good + "---\ntype: u8\n", "abcdef"), {"a.raw.yaml:", "one YAML document, found a second one"});
-  expect_error(make(good + "voxl_size: [1, 1, 1]\n", "abcdef"), {"'voxl_size' (did you mean 'voxel_size'?)"});
-  expect_error(make("extent: [2, 010, 1]\ntype: u8\n", "abcdef"), {"1:13", "'010'", "without leading zeros"});
-  expect_error(make("extent: [2, 18446744073709551617, 1]\ntype: u8\n", "abcdef"), {"1:13", "'18446744073709551617'"});
+  expect_error(make(good + "---\ntype: u8\n", "abcdef"),
+               {"a.raw.yaml:", "one YAML document, found a second one"});
+  expect_error(make(good + "voxl_size: [1, 1, 1]\n", "abcdef"),
+               {"'voxl_size' (did you mean 'voxel_size'?)"});
+  expect_error(make("extent: [2, 010, 1]\ntype: u8\n", "abcdef"),
+               {"1:13", "'010'", "without leading zeros"});
+  expect_error(make("extent: [2, 18446744073709551617, 1]\ntype: u8\n", "abcdef"),
+               {"1:13", "'18446744073709551617'"});
   expect_error(make(good + "steps: 0\n", "abcdef"), {"3:8", "'0'"});
   expect_error(make(good + "offset: [1, .nan, 0]\n", "abcdef"), {"3:13"});
   std::filesystem::remove(path("a.raw.yaml"));
@@ -80,14 +93,16 @@ TEST_F(Raw, TheSidecarObeysTheRulesOfConfigurations) {
 }
 
 TEST_F(Raw, TheOffsetIsKept) {
-  const auto source = open_volume(make("extent: [2, 3, 1]\ntype: u8\noffset: [-0.5, 1e9, 3]\n", "abcdef"));
+  const auto source =
+      open_volume(make("extent: [2, 3, 1]\ntype: u8\noffset: [-0.5, 1e9, 3]\n", "abcdef"));
   EXPECT_EQ(source->info().offset, (std::array<double, 3>{-0.5, 1e9, 3}));
   EXPECT_THAT(source->files(), testing::UnorderedElementsAre(path("a.raw"), path("a.raw.yaml")));
 }
 
 TEST_F(Raw, AxesInAnyOrder) {
-  const std::string name = make("extent: [2, 3, 1]\ntype: u16\nbyte_order: big\nvoxel_size: [5, 6, 7]\noffset: [1, 2, 3]\n",
-                                std::string("\0\1\0\2\0\3\0\4\0\5\0\6", 12));
+  const std::string name = make(
+      "extent: [2, 3, 1]\ntype: u16\nbyte_order: big\nvoxel_size: [5, 6, 7]\noffset: [1, 2, 3]\n",
+      std::string("\0\1\0\2\0\3\0\4\0\5\0\6", 12));
   const auto turned = open_volume(name, OpenOptions{.axes = "yx"});
   EXPECT_EQ(turned->info().extent, (Extent{3, 2, 1}));
   EXPECT_EQ(turned->info().voxel_size, (std::array<double, 3>{6, 5, 1}));
@@ -109,7 +124,10 @@ TEST_F(Raw, AxesInAnyOrder) {
 }
 
 TEST_F(Raw, WholeFloatsAreLabels) {
-  Volume volume({.extent = {4, 1, 1}, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}});
+  Volume volume({.extent = {4, 1, 1},
+                 .type = VoxelType::kF32,
+                 .kind = VolumeKind::kScalars,
+                 .voxel_unit = {}});
   const auto with_last = [&](float last) {
     const std::array values{0.0f, -0.0f, 16777216.0f, last};
     std::memcpy(volume.data(), values.data(), sizeof values);
@@ -123,7 +141,11 @@ TEST_F(Raw, WholeFloatsAreLabels) {
   EXPECT_EQ(labels.label({2, 0, 0}), 16777216u);
   EXPECT_EQ(labels.label({3, 0, 0}), 7u);
   EXPECT_EQ(open_volume(path("a.raw"))->info().kind, VolumeKind::kScalars);
-  for (const auto& [value, text] : {std::pair{1.5f, "1.5"}, {-1.0f, "-1"}, {NAN, "nan"}, {INFINITY, "inf"}, {16777218.0f, "16777218"}}) {
+  for (const auto& [value, text] : {std::pair{1.5f, "1.5"},
+                                    {-1.0f, "-1"},
+                                    {NAN, "nan"},
+                                    {INFINITY, "inf"},
+                                    {16777218.0f, "16777218"}}) {
     const auto bad = open_volume(with_last(value), VolumeKind::kLabels);
     try {
       read_all(*bad);

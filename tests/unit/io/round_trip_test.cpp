@@ -1,5 +1,5 @@
-// Every voxel type through every format: voxels, extent, kind and voxel size come back, nothing else is left
-// on disk.
+// Every voxel type through every format: voxels, extent, kind and voxel size come back, nothing
+// else is left on disk.
 #include <fmt/format.h>
 
 #include "io_fixture.hpp"
@@ -23,9 +23,11 @@ class RoundTrip : public IoTest, public testing::WithParamInterface<const char*>
 
 TEST_P(RoundTrip, KeepsVoxelsAndInfo) {
   const std::string ending = GetParam();
-  for (const Extent& extent : {Extent{70, 13, 67}, Extent{1, 1, 1}, Extent{1, 9, 1}, Extent{5, 7, 3}}) {
+  for (const Extent& extent :
+       {Extent{70, 13, 67}, Extent{1, 1, 1}, Extent{1, 9, 1}, Extent{5, 7, 3}}) {
     for (const Case& c : kCases) {
-      SCOPED_TRACE(fmt::format("{} {} {} {}", ending, to_string(extent), name_of(c.type), name_of(c.kind)));
+      SCOPED_TRACE(
+          fmt::format("{} {} {} {}", ending, to_string(extent), name_of(c.type), name_of(c.kind)));
       const Volume volume = patterned(extent, c.type, c.kind);
       const std::string name = path("volume" + ending);
       write_volume(name, MemorySource(volume));
@@ -56,19 +58,22 @@ TEST_P(RoundTrip, KeepsTheOffset) {
     const double factor = ending.starts_with(".nii") ? 1e-3 : 1;  // micrometres
     for (std::size_t axis = 0; axis < 3; ++axis) {
       EXPECT_DOUBLE_EQ(source->info().offset[axis], volume.info().offset[axis] * factor) << ending;
-      EXPECT_DOUBLE_EQ(source->info().voxel_size[axis], volume.info().voxel_size[axis] * factor) << ending;
+      EXPECT_DOUBLE_EQ(source->info().voxel_size[axis], volume.info().voxel_size[axis] * factor)
+          << ending;
     }
     EXPECT_EQ(source->info().voxel_unit, factor == 1 ? "nm" : "um");
     EXPECT_EQ(source->info().time_steps, steps);
     expect_boxes(*source, volume);
     EXPECT_FALSE(source->files().empty());
-    for (const std::string& file : source->files()) EXPECT_TRUE(std::filesystem::exists(file)) << file;
+    for (const std::string& file : source->files())
+      EXPECT_TRUE(std::filesystem::exists(file)) << file;
   }
 }
 
 TEST_P(RoundTrip, KeepsSeries) {
   const std::string name = path(std::string("series") + GetParam());
-  for (const auto& [extent, steps] : {std::pair{Extent{9, 13, 70 * 3}, 3u}, {Extent{5, 7, 4}, 4u}, {Extent{3, 2, 6}, 2u}}) {
+  for (const auto& [extent, steps] :
+       {std::pair{Extent{9, 13, 70 * 3}, 3u}, {Extent{5, 7, 4}, 4u}, {Extent{3, 2, 6}, 2u}}) {
     SCOPED_TRACE(fmt::format("{} {} in {} steps", GetParam(), to_string(extent), steps));
     Volume volume = patterned(extent, VoxelType::kI16, VolumeKind::kScalars);
     volume.info().time_steps = steps;
@@ -113,18 +118,21 @@ TEST_F(Writers, PrecomputedFoldersHaveNoTime) {
     write_volume(path("a.precomputed"), MemorySource(volume));
     ADD_FAILURE() << "a series was written";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("no time axis, found a series of 2 steps"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("no time axis, found a series of 2 steps"),
+              std::string::npos)
+        << error.what();
   }
 }
 
 TEST_F(Writers, LeaveOnlyTheirFiles) {
   const Volume volume = patterned({5, 7, 3}, VoxelType::kU16, VolumeKind::kLabels);
-  for (const char* name : {"a.h5", "b.nrrd", "c.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"}) {
+  for (const char* name :
+       {"a.h5", "b.nrrd", "c.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"}) {
     write_volume(path(name), MemorySource(volume));
     write_volume(path(name), MemorySource(volume));
   }
-  expect_files({"a.h5", "b.nrrd", "c.nhdr", "c.nhdr.bin", "d.nii", "e.nii.gz", "f.raw", "f.raw.yaml",
-                "g.precomputed"});
+  expect_files({"a.h5", "b.nrrd", "c.nhdr", "c.nhdr.bin", "d.nii", "e.nii.gz", "f.raw",
+                "f.raw.yaml", "g.precomputed"});
 }
 
 TEST_F(Writers, GiveEqualFilesForEqualVolumes) {
@@ -132,7 +140,8 @@ TEST_F(Writers, GiveEqualFilesForEqualVolumes) {
   for (const char* ending : {".h5", ".nrrd", ".nii.gz", ".raw"}) {
     write_volume(path(std::string("one") + ending), MemorySource(volume));
     write_volume(path(std::string("two") + ending), MemorySource(volume));
-    EXPECT_EQ(read_bytes(path(std::string("one") + ending)), read_bytes(path(std::string("two") + ending)))
+    EXPECT_EQ(read_bytes(path(std::string("one") + ending)),
+              read_bytes(path(std::string("two") + ending)))
         << ending;
   }
 }
@@ -158,7 +167,8 @@ TEST_F(Writers, KeepTheOldFileWhenTheSourceFails) {
     expect_boxes(*open_volume(path(name)), volume);
   }
   EXPECT_THROW(write_volume(path("g.precomputed"), FailingSource()), InputError);
-  expect_files({"a.h5", "b.nrrd", "c.nhdr", "c.nhdr.bin", "d.nii", "e.nii.gz", "f.raw", "f.raw.yaml"});
+  expect_files(
+      {"a.h5", "b.nrrd", "c.nhdr", "c.nhdr.bin", "d.nii", "e.nii.gz", "f.raw", "f.raw.yaml"});
 }
 
 /// Gives its boxes to HDF5 while HDF5 is being written, and keeps what the file says of its origin.
@@ -168,7 +178,9 @@ TEST_F(Writers, ConvertFromFileToFile) {
     explicit Named(const Volume& volume) : memory_(volume) {}
     const VolumeInfo& info() const override { return memory_.info(); }
     void read(const Box& box, std::byte* out) const override { memory_.read(box, out); }
-    Provenance provenance() const override { return {"a: name # 1", "line one\nline \\two", "CC BY 4.0"}; }
+    Provenance provenance() const override {
+      return {"a: name # 1", "line one\nline \\two", "CC BY 4.0"};
+    }
 
    private:
     MemorySource memory_;
@@ -187,7 +199,8 @@ TEST_F(Writers, RefuseFoldersAndMissingFolders) {
   const Volume volume = patterned({5, 7, 3}, VoxelType::kU8, VolumeKind::kLabels);
   std::filesystem::create_directory(path("folder.raw"));
   EXPECT_THROW(write_volume(path("folder.raw"), MemorySource(volume)), OutputError);
-  for (const char* name : {"none/a.h5", "none/b.nrrd", "none/d.nii", "none/f.raw", "none/g.precomputed"}) {
+  for (const char* name :
+       {"none/a.h5", "none/b.nrrd", "none/d.nii", "none/f.raw", "none/g.precomputed"}) {
     EXPECT_THROW(write_volume(path(name), MemorySource(volume)), OutputError) << name;
   }
   for (const char* name : {"a.tif", "a.h5[1]"}) {
@@ -199,11 +212,13 @@ using Names = IoTest;
 
 TEST_F(Names, TellVolumesFromOtherFiles) {
   for (const char* name :
-       {"a.h5", "a.hdf5", "a.h5:/x", "a.h5:/x/y[3]", "a.h5[3]", "a.nrrd", "a.nhdr", "a.nii", "a.nii.gz",
-        "a.nii.gz[2]", "a.nii[0:2]", "a.raw", "a.raw[1]", "a.precomputed", "a.precomputed/8_8_40", "a.precomputed/b.h5", "new/"}) {
+       {"a.h5", "a.hdf5", "a.h5:/x", "a.h5:/x/y[3]", "a.h5[3]", "a.nrrd", "a.nhdr", "a.nii",
+        "a.nii.gz", "a.nii.gz[2]", "a.nii[0:2]", "a.raw", "a.raw[1]", "a.precomputed",
+        "a.precomputed/8_8_40", "a.precomputed/b.h5", "new/"}) {
     EXPECT_TRUE(is_volume_path(name)) << name;
   }
-  for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.nii[1:]", "a.nii[x]", "a", "", "a.nii.bz2"}) {
+  for (const char* name : {"a.cvr", "a.gz", "h5", ".h5", "a.raw.yaml", "a.nii[1:]", "a.nii[x]", "a",
+                           "", "a.nii.bz2"}) {
     EXPECT_FALSE(is_volume_path(name)) << name;
   }
 }
@@ -242,18 +257,22 @@ TEST_F(Names, LyingEndingsAreNamed) {
   write_volume(path("a.h5"), MemorySource(volume));
   write_volume(path("b.nrrd"), MemorySource(volume));
   write_volume(path("c.nii"), MemorySource(volume));
-  const auto renamed = [&](const char* from, const char* to) { return write_bytes(to, read_bytes(path(from))); };
+  const auto renamed = [&](const char* from, const char* to) {
+    return write_bytes(to, read_bytes(path(from)));
+  };
   expect_error(renamed("a.h5", "x.nrrd"), {"an HDF5 file"});
   expect_error(renamed("c.nii", "x.nrrd"), {"a NIfTI-1"});
   expect_error(renamed("b.nrrd", "x.nii"), {"an NRRD file"});
   expect_error(renamed("a.h5", "x.nii"), {"an HDF5 file"});
   expect_error(write_bytes("x.nrrd", gzipped(read_bytes(path("b.nrrd")))), {"gzip data"});
-  expect_error(write_bytes("x.nii.gz", gzipped(std::string("\x89PNG") + std::string(400, 'x'))), {"a PNG image"});
+  expect_error(write_bytes("x.nii.gz", gzipped(std::string("\x89PNG") + std::string(400, 'x'))),
+               {"a PNG image"});
   expect_error(write_bytes("x.nrrd", "PK\3\4"), {"a zip archive"});
 }
 
 TEST_F(Names, MissingFilesAndFoldersAreErrors) {
-  for (const char* ending : {".h5", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".raw", ".precomputed", ".tif"}) {
+  for (const char* ending :
+       {".h5", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".raw", ".precomputed", ".tif"}) {
     expect_error(path(std::string("none") + ending), {std::string("none") + ending});
     std::filesystem::create_directory(path(std::string("folder") + ending));
     expect_error(path(std::string("folder") + ending), {std::string("folder") + ending});
@@ -265,7 +284,8 @@ TEST_F(Names, EmptyAndForeignFilesAreErrors) {
     expect_error(write_bytes(std::string("empty") + ending, ""), {std::string("empty") + ending});
     std::string noise;
     for (unsigned i = 0; i < 5000; ++i) noise += static_cast<char>(i * 2654435761u >> 11);
-    expect_error(write_bytes(std::string("noise") + ending, noise), {std::string("noise") + ending});
+    expect_error(write_bytes(std::string("noise") + ending, noise),
+                 {std::string("noise") + ending});
   }
 }
 
@@ -280,7 +300,8 @@ TEST_F(Names, TruncatedFilesAreErrors) {
     for (std::size_t length = 0; length < bytes.size(); ++length) {
       const std::string cut =
           write_bytes(std::string("cut") + ending, std::string_view(bytes).substr(0, length));
-      EXPECT_THROW(read_all(*open_volume(cut)), InputError) << ending << " of " << length << " bytes";
+      EXPECT_THROW(read_all(*open_volume(cut)), InputError)
+          << ending << " of " << length << " bytes";
     }
   }
 }

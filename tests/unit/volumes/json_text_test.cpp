@@ -24,7 +24,8 @@ std::string refusal(std::string_view text, std::size_t line = 1) {
 }
 
 TEST(JsonText, KeepsTheOrderOfKeys) {
-  EXPECT_EQ(parse_json(R"({"b": 1, "a": [true, null, "x"]})", "d").dump(), R"({"b":1,"a":[true,null,"x"]})");
+  EXPECT_EQ(parse_json(R"({"b": 1, "a": [true, null, "x"]})", "d").dump(),
+            R"({"b":1,"a":[true,null,"x"]})");
 }
 
 TEST(JsonText, KeepsLargeIntegersExactly) {
@@ -32,8 +33,10 @@ TEST(JsonText, KeepsLargeIntegersExactly) {
 }
 
 TEST(JsonText, RefusesNestingBeyondTheLimit) {
-  EXPECT_THAT(refusal(std::string(300000, '[')), AllOf(StartsWith("rows.jsonl:1:65:"), HasSubstr("at most 64 levels")));
-  EXPECT_THAT(refusal("{\"a\":" + std::string(300000, '[') + std::string(300000, ']') + "}"), HasSubstr("at most 64 levels"));
+  EXPECT_THAT(refusal(std::string(300000, '[')),
+              AllOf(StartsWith("rows.jsonl:1:65:"), HasSubstr("at most 64 levels")));
+  EXPECT_THAT(refusal("{\"a\":" + std::string(300000, '[') + std::string(300000, ']') + "}"),
+              HasSubstr("at most 64 levels"));
   const std::string allowed = std::string(64, '[') + std::string(64, ']');
   EXPECT_EQ(parse_json(allowed, "d").dump(), allowed);
   EXPECT_THAT(refusal("[" + allowed + "]"), HasSubstr("at most 64 levels"));
@@ -45,20 +48,23 @@ TEST(JsonText, BracketsWithinTextAreNoNesting) {
 }
 
 TEST(JsonText, RefusesKeysGivenTwice) {
-  EXPECT_THAT(refusal(R"({"a": 1, "b": {"a": 2}, "a": 3})", 7), AllOf(StartsWith("rows.jsonl:7:"), HasSubstr("found \"a\" again")));
+  EXPECT_THAT(refusal(R"({"a": 1, "b": {"a": 2}, "a": 3})", 7),
+              AllOf(StartsWith("rows.jsonl:7:"), HasSubstr("found \"a\" again")));
   EXPECT_THAT(refusal(R"({"a": 1, "a": 3})", 1), StartsWith("rows.jsonl:1: "));
   EXPECT_EQ(refusal(R"({"a": {"a": [{"a": 1}, {"a": 2}]}})"), "accepted");
 }
 
 TEST(JsonText, NamesLineAndColumn) {
-  EXPECT_THAT(refusal("{\"a\": 1,\n \"b\": ?}"), AllOf(StartsWith("rows.jsonl:2:7:"), HasSubstr("expected JSON, found")));
+  EXPECT_THAT(refusal("{\"a\": 1,\n \"b\": ?}"),
+              AllOf(StartsWith("rows.jsonl:2:7:"), HasSubstr("expected JSON, found")));
   EXPECT_THAT(refusal("{} {}", 12), StartsWith("rows.jsonl:12:4:"));
   EXPECT_THAT(refusal(""), HasSubstr("expected JSON"));
   EXPECT_THAT(refusal("{\"cell\": \"to"), HasSubstr("expected JSON"));
 }
 
 TEST(JsonText, RefusesNumbersAndTextThatAreNone) {
-  for (const char* text : {"NaN", "inf", "01", "+1", ".5", "1e999", "'a'", "\"\x01\"", "\"\xff\"", "[1,]", "// x\n1"})
+  for (const char* text :
+       {"NaN", "inf", "01", "+1", ".5", "1e999", "'a'", "\"\x01\"", "\"\xff\"", "[1,]", "// x\n1"})
     EXPECT_NE(refusal(text), "accepted") << text;
 }
 

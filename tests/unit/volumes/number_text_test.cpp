@@ -14,7 +14,8 @@ TEST(NumberText, TakesWholeNumbers) {
 }
 
 TEST(NumberText, RefusesWhatIsNoWholeNumber) {
-  for (const char* text : {"", "-", "-1", "18446744073709551616", "010", "00", "1e3", " 5", "5 ", "+5", "0x10", "5.0", "nan", "inf", "1,2", "5\n", "٣"})
+  for (const char* text : {"", "-", "-1", "18446744073709551616", "010", "00", "1e3", " 5", "5 ",
+                           "+5", "0x10", "5.0", "nan", "inf", "1,2", "5\n", "٣"})
     EXPECT_EQ(parse_unsigned(text), std::nullopt) << "'" << text << "'";
   for (const char* text : {"-010", "--1", "- 1", "9223372036854775808", "1e3"})
     EXPECT_EQ(parse_signed(text), std::nullopt) << text;
@@ -24,7 +25,8 @@ TEST(NumberText, TakesFiniteNumbersOnly) {
   EXPECT_EQ(parse_real("0.5"), 0.5);
   EXPECT_EQ(parse_real("-1e3"), -1000.0);
   EXPECT_EQ(parse_real("0"), 0.0);
-  for (const char* text : {"", "nan", "inf", "-inf", "infinity", "1e999", "+1", " 1", "1 ", "0x1p3", "010", "1,5", "1e", "1_000"})
+  for (const char* text : {"", "nan", "inf", "-inf", "infinity", "1e999", "+1", " 1", "1 ", "0x1p3",
+                           "010", "1,5", "1e", "1_000"})
     EXPECT_EQ(parse_real(text), std::nullopt) << "'" << text << "'";
 }
 

@@ -18,7 +18,9 @@ VolumeInfo info_of(const Extent& extent) {
   return {.extent = extent, .type = VoxelType::kU16, .kind = VolumeKind::kLabels, .voxel_unit = {}};
 }
 
-std::uint16_t voxel(const Extent& extent, const Coordinate& c) { return static_cast<std::uint16_t>(3 * extent.index(c) + 1); }
+std::uint16_t voxel(const Extent& extent, const Coordinate& c) {
+  return static_cast<std::uint16_t>(3 * extent.index(c) + 1);
+}
 
 /// Delivers slabs of `depth` planes, and notes how many were begun.
 struct Maker {
@@ -48,7 +50,9 @@ void expect_box(const SlabPipe& pipe, const Box& box) {
   for (std::uint64_t z = 0; z < box.size.z; ++z)
     for (std::uint64_t y = 0; y < box.size.y; ++y)
       for (std::uint64_t x = 0; x < box.size.x; ++x, ++i)
-        ASSERT_EQ(found[i], voxel(pipe.info().extent, {box.origin.x + x, box.origin.y + y, box.origin.z + z})) << x << ' ' << y << ' ' << z;
+        ASSERT_EQ(found[i],
+                  voxel(pipe.info().extent, {box.origin.x + x, box.origin.y + y, box.origin.z + z}))
+            << x << ' ' << y << ' ' << z;
 }
 
 TEST(SlabPipe, BoxesInAscendingZTakeOnePass) {
@@ -90,7 +94,8 @@ TEST(SlabPipe, AReaderThatNeverReadsStartsNothing) {
 }
 
 TEST(SlabPipe, AnErrorAfterTheLastSlabComesBeforeTheLastPlane) {
-  const SlabPipe pipe(info_of(kExtent), "f.cvr", Maker{.end = fail(ErrorCode::kMalformed, "bytes follow")});
+  const SlabPipe pipe(info_of(kExtent), "f.cvr",
+                      Maker{.end = fail(ErrorCode::kMalformed, "bytes follow")});
   expect_box(pipe, {{0, 0, 0}, {5, 7, 39}});
   std::vector<std::byte> plane(5 * 7 * 2);
   for (int again = 0; again < 2; ++again) {
@@ -104,12 +109,15 @@ TEST(SlabPipe, AnErrorAfterTheLastSlabComesBeforeTheLastPlane) {
 }
 
 TEST(SlabPipe, AnErrorInTheMiddleIsTold) {
-  const SlabPipe pipe(info_of(kExtent), "f", Maker{.planes = 9, .end = fail(ErrorCode::kChecksum, "no")});
+  const SlabPipe pipe(info_of(kExtent), "f",
+                      Maker{.planes = 9, .end = fail(ErrorCode::kChecksum, "no")});
   std::vector<std::byte> all(kExtent.voxels() * 2);
   EXPECT_THROW(pipe.read({{0, 0, 0}, kExtent}, all.data()), InputError);
-  const SlabPipe memory(info_of(kExtent), "f", Maker{.planes = 9, .end = fail(ErrorCode::kOutOfMemory, "no")});
+  const SlabPipe memory(info_of(kExtent), "f",
+                        Maker{.planes = 9, .end = fail(ErrorCode::kOutOfMemory, "no")});
   EXPECT_THROW(memory.read({{0, 0, 0}, kExtent}, all.data()), std::bad_alloc);
-  const SlabPipe thrown(info_of(kExtent), "f", [](SlabSink&) -> Expected<void> { throw std::range_error("x"); });
+  const SlabPipe thrown(info_of(kExtent), "f",
+                        [](SlabSink&) -> Expected<void> { throw std::range_error("x"); });
   EXPECT_THROW(thrown.read({{0, 0, 0}, kExtent}, all.data()), std::range_error);
 }
 
@@ -127,7 +135,8 @@ TEST(SlabPipe, AProducerThatDeliversTooLittleOrOutOfOrderIsRefused) {
 TEST(SlabPipe, ManyShortLivesEnd) {
   for (unsigned planes = 0; planes < 200; ++planes) {
     const SlabPipe pipe(info_of(kExtent), "f", Maker{.depth = 1 + planes % 5, .end = {}});
-    if (planes % 41 > 0) expect_box(pipe, {{0, 0, planes % 7}, {5, 7, std::min<std::uint64_t>(planes % 41, 33)}});
+    if (planes % 41 > 0)
+      expect_box(pipe, {{0, 0, planes % 7}, {5, 7, std::min<std::uint64_t>(planes % 41, 33)}});
   }
 }
 

@@ -24,13 +24,20 @@ std::string refusal(const std::string& text) {
 
 TEST(YamlDocument, TakesOneDocument) {
   EXPECT_EQ(load_yaml("---\na: 1\n", "d")["a"].Scalar(), "1");
-  EXPECT_EQ(load_yaml("\xEF\xBB\xBF" "a: 1\r\n", "d")["a"].Scalar(), "1") << "a byte order mark";
+  EXPECT_EQ(load_yaml("\xEF\xBB\xBF"
+                      "a: 1\r\n",
+                      "d")["a"]
+                .Scalar(),
+            "1")
+      << "a byte order mark";
   EXPECT_EQ(load_yaml("a: 1\n...\n", "d")["a"].Scalar(), "1");
   EXPECT_TRUE(load_yaml("", "d").IsNull());
 }
 
 TEST(YamlDocument, RefusesASecondDocument) {
-  EXPECT_THAT(refusal("a: 1\n---\na: 2\n"), AllOf(StartsWith("c.yaml:2"), HasSubstr("expected one YAML document, found a second one")));
+  EXPECT_THAT(
+      refusal("a: 1\n---\na: 2\n"),
+      AllOf(StartsWith("c.yaml:2"), HasSubstr("expected one YAML document, found a second one")));
   EXPECT_THAT(refusal("a: 1\n...\n---\n"), HasSubstr("found a second one"));
 }
 
@@ -62,7 +69,8 @@ TEST(YamlDocument, RefusesDeepNesting) {
 
 TEST(YamlDocument, RefusesTagsControlCharactersAndWhatIsNoYaml) {
   EXPECT_THAT(refusal("a: !!binary aGk=\n"), HasSubstr("expected a value without a tag"));
-  EXPECT_THAT(refusal("a: 1\nb: \x1b[2J\n"), AllOf(StartsWith("c.yaml:2: "), HasSubstr("found '\\x1b'")));
+  EXPECT_THAT(refusal("a: 1\nb: \x1b[2J\n"),
+              AllOf(StartsWith("c.yaml:2: "), HasSubstr("found '\\x1b'")));
   EXPECT_NE(refusal(std::string("a: \0b", 5)), "accepted");
   EXPECT_THAT(refusal("a:\n\tb: 1\n"), StartsWith("c.yaml:"));
   EXPECT_THAT(refusal("a: [1, 2\n"), StartsWith("c.yaml:"));
