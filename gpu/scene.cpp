@@ -105,7 +105,8 @@ std::optional<Shading> shading_from_name(std::string_view name) {
 Camera Scene::camera(std::uint32_t n) const {
   if (path_parts == 0 || frames >= path_frames)
     return path.at(frames > 1 ? static_cast<double>(n) / (frames - 1) : 0);
-  const std::uint32_t parts = std::min(path_parts, frames), each = (frames + parts - 1) / parts;
+  const std::uint32_t asked = std::min(path_parts, frames), each = (frames + asked - 1) / asked;
+  const std::uint32_t parts = (frames + each - 1) / each;  // that there are frames for
   const std::uint32_t last_start = path_frames - each, part = n / each;
   const double start =
       parts > 1 ? std::floor(static_cast<double>(last_start) * part / (parts - 1)) : 0;

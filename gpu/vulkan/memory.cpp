@@ -75,6 +75,7 @@ tl::expected<Allocation, VkResult> allocate(Device& device, std::uint64_t bytes,
     result = vkAllocateMemory(device.handle(), &request, nullptr, &a.memory);
     a.visible = (wish & kVisible) == kVisible;
     if (result == VK_SUCCESS) break;
+    a.memory = VK_NULL_HANDLE;  // a failed allocation leaves anything there
   }
   if (result == VK_SUCCESS) result = vkBindBufferMemory(device.handle(), a.buffer, a.memory, 0);
   if (result == VK_SUCCESS) return a;

@@ -4,8 +4,10 @@
 
 layout(local_size_x = 64) in;
 
-// Adds and takes back in place of compare-and-swap, over which thousands of invocations would wait for each other. While others have
-// taken too much a counter is too low or too high; what it is short of then is not there for anybody. The stacks only shrink in this pass.
+// Adds and takes back in place of a loop of compare-and-swap, over which thousands of invocations would wait for each other. The stacks
+// hold regions of one size and only shrink in this pass, so who took one too many gives one back. Regions at the untouched end have many
+// sizes: there the addition is taken back only if nobody has added since. Else what follows it could be given away twice, so the counter
+// stays too high, and what lies behind it is not there for anybody until the host empties the cache.
 bool cvr_allocate(uint lod, out uint unit) {
   if (int(CVR_CONTROL.w[CVR_CONTROL_FREE + lod]) > 0) {
     int available = int(atomicAdd(CVR_CONTROL.w[CVR_CONTROL_FREE + lod], ~0u));
@@ -21,7 +23,7 @@ bool cvr_allocate(uint lod, out uint unit) {
   if (CVR_CONTROL.w[CVR_CONTROL_BUMP] > last) return false;
   unit = atomicAdd(CVR_CONTROL.w[CVR_CONTROL_BUMP], units);
   if (unit <= last) return true;
-  atomicAdd(CVR_CONTROL.w[CVR_CONTROL_BUMP], ~units + 1u);
+  atomicCompSwap(CVR_CONTROL.w[CVR_CONTROL_BUMP], unit + units, unit);
   return false;
 }
 

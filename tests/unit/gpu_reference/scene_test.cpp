@@ -83,6 +83,8 @@ TEST(CameraPaths, AreDrawnSpreadOrInPartsOfConsecutiveFrames) {
   EXPECT_EQ(frames_of(straight(6, 3)), (std::vector{0, 1, 49, 50, 99, 100}));
   EXPECT_EQ(frames_of(straight(4, 1)), (std::vector{0, 1, 2, 3}));
   EXPECT_EQ(frames_of(straight(7, 3)), (std::vector{0, 1, 2, 49, 50, 51, 98}));
+  EXPECT_EQ(frames_of(straight(9, 4)), (std::vector{0, 1, 2, 49, 50, 51, 98, 99, 100}))
+      << "three parts of three frames are all there are";
   EXPECT_EQ(frames_of(straight(3, 9)), (std::vector{0, 50, 100}));
   EXPECT_EQ(frames_of(straight(101, 4)), frames_of(straight(101, 0)));
   EXPECT_EQ(frames_of(straight(1, 1)), (std::vector{0}));
