@@ -3,16 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
-#include <system_error>
 #include <vector>
 
 #include "volumes/error.hpp"
+#include "volumes/io/file.hpp"
 
 namespace cvr::volumes {
 
@@ -42,8 +37,8 @@ std::string reason_of(const Json::exception& error) {
   return reason.size() <= kLongest ? reason : reason.substr(0, kLongest) + " ...";
 }
 
-/// Byte where nesting first exceeds `max_depth`, or npos. Brackets within strings do not count.
-std::size_t too_deep_at(std::string_view text, std::size_t max_depth) {
+/// Byte where nesting first exceeds kMaxJsonDepth, or npos. Brackets within strings do not count.
+std::size_t too_deep_at(std::string_view text) {
   std::size_t depth = 0;
   bool quoted = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -54,7 +49,7 @@ std::size_t too_deep_at(std::string_view text, std::size_t max_depth) {
     } else if (c == '"') {
       quoted = true;
     } else if (c == '[' || c == '{') {
-      if (++depth > max_depth) return i;
+      if (++depth > kMaxJsonDepth) return i;
     } else if ((c == ']' || c == '}') && depth > 0) {
       --depth;
     }
@@ -64,12 +59,11 @@ std::size_t too_deep_at(std::string_view text, std::size_t max_depth) {
 
 }  // namespace
 
-Json parse_json(std::string_view text, const std::string& document, std::size_t line,
-                std::size_t max_depth) {
-  if (const std::size_t at = too_deep_at(text, max_depth); at != std::string_view::npos) {
+Json parse_json(std::string_view text, const std::string& document, std::size_t line) {
+  if (const std::size_t at = too_deep_at(text); at != std::string_view::npos) {
     throw InputError(fmt::format(
         "{}: expected JSON of at most {} levels of lists and objects, found a deeper one",
-        place_of(text, at, document, line), max_depth));
+        place_of(text, at, document, line), kMaxJsonDepth));
   }
   // The parser does not say where a key stands; a line is place enough.
   const bool is_line = text.find('\n') == std::string_view::npos;
@@ -97,17 +91,6 @@ Json parse_json(std::string_view text, const std::string& document, std::size_t 
   }
 }
 
-Json read_json_file(const std::string& path, std::size_t max_depth) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
-    throw InputError(fmt::format("{}: expected a JSON file, found a folder", path));
-  std::ifstream in(path, std::ios::binary);
-  if (!in)
-    throw InputError(
-        fmt::format("{}: expected a readable JSON file, found: {}", path, std::strerror(errno)));
-  std::ostringstream text;
-  text << in.rdbuf();
-  return parse_json(text.view(), path, 1, max_depth);
-}
+Json read_json_file(const std::string& path) { return parse_json(MappedFile(path).text(), path); }
 
 }  // namespace cvr::volumes

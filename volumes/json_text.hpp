@@ -19,10 +19,10 @@ inline constexpr std::size_t kMaxJsonDepth = 64;  ///< levels of arrays and obje
 /// of its first line there, so that a line of a file is named by its own number. Throws InputError
 /// "DOCUMENT:LINE:COLUMN: expected ..., found ..."; columns count bytes from 1.
 nlohmann::ordered_json parse_json(std::string_view text, const std::string& document,
-                                  std::size_t line = 1, std::size_t max_depth = kMaxJsonDepth);
+                                  std::size_t line = 1);
 
-/// The value of a file. Throws InputError, also where the file cannot be read.
-nlohmann::ordered_json read_json_file(const std::string& path,
-                                      std::size_t max_depth = kMaxJsonDepth);
+/// The value of a file. Throws InputError, also where the file cannot be read or is no
+/// regular file.
+nlohmann::ordered_json read_json_file(const std::string& path);
 
 }  // namespace cvr::volumes

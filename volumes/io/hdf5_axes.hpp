@@ -24,7 +24,6 @@ struct Hdf5AxisOrder {
   std::uint64_t length(std::size_t i, const std::vector<std::uint64_t>& size) const {
     return axis[i] < 0 ? 1 : size[static_cast<std::size_t>(axis[i])];
   }
-  bool operator==(const Hdf5AxisOrder&) const = default;
 };
 
 /// Throws InputError for `file` at `position`. `asked` are the caller's letters, slowest first, or

@@ -37,16 +37,9 @@ Json list_existing(const std::string& path) {
 }
 
 Json ask(const std::string& path) {
-  try {
-    const Hdf5Process process(
-        1, [path](const Json&, std::span<std::byte>) { return list_existing(path); });
-    return process.call(Json::object(), kListSeconds);
-  } catch (const Hdf5Failure& failure) {
-    throw_input_error(
-        path, "",
-        "an HDF5 file that can be read, since it is there already (remove it to write anew)",
-        failure.what());
-  }
+  const Hdf5Process process(
+      1, [path](const Json&, std::span<std::byte>) { return list_existing(path); });
+  return process.call(Json::object(), kListSeconds);
 }
 
 /// Nothing but a volume that this project wrote, or one dataset of the name that is about to be
@@ -69,7 +62,7 @@ bool keeps_existing_hdf5(const std::string& path, const std::string& dataset,
   Json found;
   try {
     found = ask(path);
-  } catch (const InputError& error) {
+  } catch (const std::runtime_error& error) {  // also Hdf5Failure
     throw_input_error(
         path, "",
         "a new name, or an HDF5 file to write into (this one is there already; remove it to write "

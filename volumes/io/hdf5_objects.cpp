@@ -230,8 +230,7 @@ Hdf5Dataset open_hdf5_dataset(Hdf5Bounds& bounds, const std::string& file,
     throw_input_error(found.file, position, "the name of a dataset",
                       "a group or type; there are " + to_string(list_hdf5(found.file_id.get())));
   }
-  const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  found.dataset_id = {H5Dopen2(found.file_id.get(), found.name.c_str(), access.get()), H5Dclose};
+  found.dataset_id = {H5Dopen2(found.file_id.get(), found.name.c_str(), H5P_DEFAULT), H5Dclose};
   if (!found.dataset_id.valid())
     throw_input_error(found.file, position, "a readable dataset", hdf5_reason());
   return found;

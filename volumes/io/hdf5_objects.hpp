@@ -81,7 +81,6 @@ struct Hdf5Stored {
   bool is_float = false;  ///< widths 4 and 8
   bool is_signed = false;
   unsigned width = 0;  ///< 1, 2, 4 or 8 bytes in memory; 0: no type of voxels
-  bool operator==(const Hdf5Stored&) const = default;
 };
 
 /// Enumerations (as h5py stores truth values) count as their integers, odd widths as the next wider
@@ -90,7 +89,7 @@ Hdf5Stored hdf5_stored(hid_t type);
 /// The type in memory.
 hid_t hdf5_memory_type(const Hdf5Stored& stored);
 
-/// "7x5x3" and the sizes themselves.
+/// Slowest axis first.
 std::vector<hsize_t> hdf5_size(hid_t dataset);
 
 }  // namespace cvr::volumes

@@ -38,6 +38,14 @@ constexpr std::array kFilters{
     Filter{32022, "bitgroom"}, Filter{32024, "sz3"},       Filter{32026, "blosc2"},
 };
 
+/// "lzf (filter 32000)".
+std::string filter_name(int filter) {
+  const auto known = std::find_if(kFilters.begin(), kFilters.end(),
+                                  [&](const Filter& f) { return f.number == filter; });
+  return known == kFilters.end() ? fmt::format("filter {}", filter)
+                                 : fmt::format("{} (filter {})", known->name, filter);
+}
+
 void check_filters(const Hdf5Dataset& dataset, hid_t plist) {
   const int count = H5Pget_nfilters(plist);
   for (int i = 0; i < count; ++i) {
@@ -56,7 +64,7 @@ void check_filters(const Hdf5Dataset& dataset, hid_t plist) {
             "rewrite the file "
             "where it can be read, as with h5py and hdf5plugin: g.create_dataset('x', data=f['x'], "
             "compression='gzip')",
-            hdf5_filter_name(filter)));
+            filter_name(filter)));
   }
 }
 
@@ -222,13 +230,6 @@ const std::vector<hsize_t>& VirtualSources::checked_size(const Hdf5Dataset& data
 }
 
 }  // namespace
-
-std::string hdf5_filter_name(int filter) {
-  const auto known = std::find_if(kFilters.begin(), kFilters.end(),
-                                  [&](const Filter& f) { return f.number == filter; });
-  return known == kFilters.end() ? fmt::format("filter {}", filter)
-                                 : fmt::format("{} (filter {})", known->name, filter);
-}
 
 void check_hdf5_storage(Hdf5Bounds& bounds, const Hdf5Dataset& dataset) {
   check_storage(bounds, dataset, 0);

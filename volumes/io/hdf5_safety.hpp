@@ -7,9 +7,6 @@
 
 namespace cvr::volumes {
 
-/// "lzf (filter 32000)".
-std::string hdf5_filter_name(int filter);
-
 /// Throws InputError naming what is wrong: filter, chunk, external file, source of a virtual
 /// dataset.
 void check_hdf5_storage(Hdf5Bounds& bounds, const Hdf5Dataset& dataset);

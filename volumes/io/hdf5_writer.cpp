@@ -36,8 +36,6 @@ constexpr std::uint64_t kRow = 16;  ///< chunks along x that are written at once
 constexpr unsigned kGzipLevel = 4;
 constexpr unsigned kWriteSeconds = 120;  ///< of computing for 32 MiB
 
-hid_t file_type(VoxelType type) { return hdf5_file_type(type); }
-
 /// What is written, as the child needs it.
 struct Hdf5Plan {
   std::string path, partial;  ///< the final name for messages, and where the bytes go
@@ -102,8 +100,8 @@ class DatasetWriter {
     check(H5Pset_chunk(layout.get(), rank, chunk.data()));
     check(H5Pset_deflate(layout.get(), kGzipLevel));
     check(H5Pset_obj_track_times(layout.get(), false));
-    dataset_ = H5Dcreate2(file_, plan_.dataset.c_str(), file_type(plan_.info.type), space.get(),
-                          links.get(), layout.get(), H5P_DEFAULT);
+    dataset_ = H5Dcreate2(file_, plan_.dataset.c_str(), hdf5_file_type(plan_.info.type),
+                          space.get(), links.get(), layout.get(), H5P_DEFAULT);
     check(dataset_);
   }
 
@@ -151,7 +149,7 @@ class DatasetWriter {
                           H5Sclose);
     check(H5Sselect_hyperslab(to.get(), H5S_SELECT_SET, start.data(), nullptr, count.data(),
                               nullptr));
-    check(H5Dwrite(dataset_, file_type(plan_.info.type), from.get(), to.get(), H5P_DEFAULT,
+    check(H5Dwrite(dataset_, hdf5_file_type(plan_.info.type), from.get(), to.get(), H5P_DEFAULT,
                    voxels.data()));
   }
 

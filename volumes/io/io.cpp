@@ -176,7 +176,7 @@ std::vector<std::string> volume_outputs(const std::string& path) {
   const Chosen chosen = choose_or_throw(path);
   std::vector<std::string> outputs{chosen.path.file};
   const std::string_view ending = chosen.format->beside_ending;
-  if (!ending.empty() && outputs.front().ends_with(ending)) {
+  if (!ending.empty() && has_ending(outputs.front(), ending)) {
     outputs.push_back(outputs.front() + std::string(chosen.format->beside));
   }
   return outputs;

@@ -53,8 +53,7 @@ std::optional<std::uint64_t> samples_of_kind(std::string_view kind) {
   return found == kKinds.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Kinds that, unlike colours and matrices, may be of any length but are stated for the length that
-/// is there.
+/// Kinds that say no more than that the axis is there.
 bool says_nothing(std::string_view kind) { return kind == "???" || kind == "none"; }
 bool is_spatial(std::string_view kind) { return kind == "domain" || kind == "space"; }
 
@@ -153,7 +152,7 @@ class Geometry {
     const std::size_t spatial =
         header_.sizes.size() - static_cast<std::size_t>(std::ranges::count_if(
                                    header_.directions, [](const auto& d) { return d.empty(); }));
-    if (!header_.directions.empty() && spatial > *header_.space_dimension) {
+    if (!header_.directions.empty() && spatial > header_.space_dimension.value_or(spatial)) {
       fail("space directions",
            fmt::format("at most {} axes of the space, the others none", *header_.space_dimension),
            fmt::format("{}", spatial));

@@ -197,12 +197,12 @@ class PrecomputedSource final : public VolumeSource {
 
   Buffer decode_chunk(const Box& box) const {
     const std::string plain = (fs::path(folder_) / precomputed_chunk_name(scale_, box)).string();
-    const bool gzipped = exists(plain + ".gz");
-    if (exists(plain) && gzipped)
+    const bool there = exists(plain), gzipped = exists(plain + ".gz");
+    if (there && gzipped)
       throw_input_error(plain, "", "one file of a chunk",
                         "another one with the ending .gz beside it");
+    if (!there && !gzipped) return {};
     const std::string name = gzipped ? plain + ".gz" : plain;
-    if (!exists(name)) return {};
     if (!allow_external_) check_inside(name, root_);
     const MappedFile file(name);
     Buffer voxels = scale_.compressed ? decode_compressed(file, box) : decode_raw(file, box);

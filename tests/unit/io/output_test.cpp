@@ -139,6 +139,8 @@ TEST_F(Outputs, WritersRefuseToReplaceWhatTheirSourceReads) {
   }
   EXPECT_EQ(volume_outputs("x/f.raw"), (std::vector<std::string>{"x/f.raw", "x/f.raw.yaml"}));
   EXPECT_EQ(volume_outputs("c.nhdr"), (std::vector<std::string>{"c.nhdr", "c.nhdr.bin"}));
+  EXPECT_EQ(volume_outputs("F.RAW"), (std::vector<std::string>{"F.RAW", "F.RAW.yaml"}));
+  EXPECT_EQ(volume_outputs("C.Nhdr"), (std::vector<std::string>{"C.Nhdr", "C.Nhdr.bin"}));
   EXPECT_EQ(volume_outputs("a.h5:/x"), (std::vector<std::string>{"a.h5"}));
   // What a reader says it reads is refused: the folder of a precomputed volume.
   const auto folder = open_volume(path("g.precomputed"));
@@ -277,7 +279,8 @@ TEST_F(Outputs, FolderOutputsTellAtOnceWhatIsInTheWay) {
   fs::create_directories(path("work/in"));
   fs::current_path(path("work/in"));
   for (const char* name : {"./", "../", "../in/"}) {
-    expect_throw<OutputError>([&] { check_volume_output(name, {}); }, "");
+    expect_throw<OutputError>([&] { check_volume_output(name, {}); },
+                              "it is the current folder or one above it");
   }
   fs::current_path(before);
   expect_throw<InputError>([&] { check_volume_output(path("work"), {}); }, "work/'");

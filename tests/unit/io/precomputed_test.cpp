@@ -177,6 +177,10 @@ TEST_F(Precomputed, ChunksOfSeveralSizesLieInOneFolder) {
   write_bytes("vol/info", info.dump());
   write_bytes("vol/8_8_40/10-13_-4--3_100-103", "123456789");
   expect_small(*open_volume(name));
+  for (const char* chunk :
+       {"10-12_-4--2_100-102", "12-13_-4--2_100-102", "10-12_-4--2_102-103", "12-13_-4--2_102-103"})
+    ASSERT_TRUE(std::filesystem::remove(path("vol/8_8_40/") + chunk)) << chunk;
+  expect_error(name, {"at least one chunk file", "10-12_-4--2_100-102"});
 }
 
 TEST_F(Precomputed, WholeNumbersMayBeWrittenAsFloats) {
