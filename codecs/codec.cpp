@@ -8,10 +8,14 @@ namespace cvr::codecs {
 
 std::string_view name_of(Granularity granularity) {
   switch (granularity) {
-    case Granularity::kVolume: return "volume";
-    case Granularity::kBrick: return "brick";
-    case Granularity::kBlock: return "block";
-    case Granularity::kVoxel: return "voxel";
+    case Granularity::kVolume:
+      return "volume";
+    case Granularity::kBrick:
+      return "brick";
+    case Granularity::kBlock:
+      return "block";
+    case Granularity::kVoxel:
+      return "voxel";
   }
   return "?";
 }
@@ -22,7 +26,11 @@ std::string_view name_of(ByteClass byte_class) {
   return kNames[static_cast<std::size_t>(byte_class)];
 }
 
-Expected<std::optional<std::uint64_t>> Decoder::entropy_bytes(unsigned) const { return std::nullopt; }
+Expected<std::optional<std::uint64_t>> Decoder::entropy_bytes(unsigned) const {
+  return std::nullopt;
+}
+
+std::optional<double> Codec::promised_error(const Parameters&) const { return std::nullopt; }
 
 Expected<GpuEncoding> Decoder::gpu_encoding(std::uint32_t, unsigned) const {
   return fail(ErrorCode::kUnsupported, "this codec has no decoder for the GPU");
@@ -32,7 +40,9 @@ Expected<GpuSamples> Decoder::gpu_samples(unsigned) const {
   return fail(ErrorCode::kUnsupported, "this codec has no decoder of scalars for the GPU");
 }
 
-Extent level_extent(const Extent& finest, unsigned lod) { return volumes::ceil_div(finest, std::uint64_t{1} << lod); }
+Extent level_extent(const Extent& finest, unsigned lod) {
+  return volumes::ceil_div(finest, std::uint64_t{1} << lod);
+}
 
 VolumeInfo level_info(const VolumeInfo& finest, unsigned lod) {
   VolumeInfo info = finest;
@@ -44,13 +54,18 @@ VolumeInfo level_info(const VolumeInfo& finest, unsigned lod) {
 
 Expected<void> accepts(const Traits& traits, const VolumeInfo& info) {
   if (std::ranges::find(traits.types, info.type) == traits.types.end()) {
-    return fail(ErrorCode::kUnsupported, fmt::format("codec {} does not accept voxels of type {}", traits.id, name_of(info.type)));
+    return fail(ErrorCode::kUnsupported, fmt::format("codec {} does not accept voxels of type {}",
+                                                     traits.id, name_of(info.type)));
   }
   if (info.kind == VolumeKind::kScalars) return {};
   if (!volumes::is_label_type(info.type)) {
-    return fail(ErrorCode::kUnsupported, fmt::format("labels are of type u8, u16, u32 or u64, found {}", name_of(info.type)));
+    return fail(
+        ErrorCode::kUnsupported,
+        fmt::format("labels are of type u8, u16, u32 or u64, found {}", name_of(info.type)));
   }
-  if (!traits.lossless) return fail(ErrorCode::kUnsupported, fmt::format("codec {} is lossy and takes scalars, not labels", traits.id));
+  if (!traits.lossless)
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("codec {} is lossy and takes scalars, not labels", traits.id));
   return {};
 }
 

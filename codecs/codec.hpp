@@ -65,17 +65,18 @@ struct FrontPart {
 };
 
 struct Traits {
-  std::string_view id;           ///< fixed identifier, for instance "csgvr-sb"
-  std::uint32_t version;         ///< of the payload format; a decoder refuses others
-  std::string_view family;       ///< "general", "neuroglancer", "compresso", "csgv", "csgvr"
-  std::string_view summary;      ///< one line for lists
+  std::string_view id;       ///< fixed identifier, for instance "csgvr-sb"
+  std::uint32_t version;     ///< of the payload format; a decoder refuses others
+  std::string_view family;   ///< "general", "neuroglancer", "compresso", "csgv", "csgvr"
+  std::string_view summary;  ///< one line for lists
   bool lossless;
   std::span<const VoxelType> types;  ///< accepted voxel types
   Granularity access;
-  bool levels_of_detail;         ///< decodes coarser levels without the finer ones
-  bool stored_compressed;        ///< usually stored under gzip or xz: the rates at rest are of interest too
-  bool gpu_decodable = false;    ///< decoders of label volumes have a gpu_encoding()
-  bool gpu_scalars = false;      ///< decoders of scalar volumes have gpu_samples()
+  bool levels_of_detail;  ///< decodes coarser levels without the finer ones
+  bool
+      stored_compressed;  ///< usually stored under gzip or xz: the rates at rest are of interest too
+  bool gpu_decodable = false;      ///< decoders of label volumes have a gpu_encoding()
+  bool gpu_scalars = false;        ///< decoders of scalar volumes have gpu_samples()
   std::vector<FrontPart> front{};  ///< the parts that a payload begins with, in their order
 };
 
@@ -105,8 +106,9 @@ class ByteBreakdown {
 /// A codec's own bytes, without the envelope.
 struct Payload {
   Buffer bytes;
-  ByteBreakdown breakdown;        ///< sums to bytes.size()
-  std::uint64_t published_bytes;  ///< by the accounting of the papers' tables, for instance bricks + start table
+  ByteBreakdown breakdown;  ///< sums to bytes.size()
+  std::uint64_t
+      published_bytes;  ///< by the accounting of the papers' tables, for instance bricks + start table
 };
 
 /// What a decoder is opened on: the facts of the envelope and a view of the payload, which must outlive the decoder.
@@ -124,7 +126,8 @@ class VoxelAccess {
   virtual ~VoxelAccess() = default;
   /// labels[i] = label (or scalar) of the level-`lod` node that contains the finest voxel points[i] (0 = finest level).
   /// Every point must lie inside the extent of the volume. One virtual call for many points: this loop is what is timed.
-  virtual Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const = 0;
+  virtual Expected<void> at(std::span<const Coordinate> points, unsigned lod,
+                            std::span<std::uint64_t> labels) const = 0;
 };
 
 /// Optional facet: single bricks, decoded alone.
@@ -135,23 +138,26 @@ class BrickAccess {
   virtual Extent brick_grid() const = 0;  ///< bricks along each axis, x fastest
   /// Writes the labels of a brick at a level to `out`, x fastest, in the volume's type. The brick's extent at that level is
   /// ceil(brick_size / 2^lod), cut at the volume's level extent (level_extent).
-  virtual Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const = 0;
+  virtual Expected<void> decode_brick(const Coordinate& brick, unsigned lod,
+                                      std::byte* out) const = 0;
 };
 
 /// Optional facet of lossy codecs: coarser approximations of the finest level, each from a prefix of the payload.
 class ProgressiveAccess {
  public:
   virtual ~ProgressiveAccess() = default;
-  virtual unsigned steps() const = 0;                          ///< at least 2; the last is the whole payload; a step may add nothing
+  virtual unsigned steps()
+      const = 0;  ///< at least 2; the last is the whole payload; a step may add nothing
   virtual std::string_view step_name(unsigned step) const = 0;  ///< for instance "DC", "+LP"
-  virtual std::uint64_t step_bytes(unsigned step) const = 0;   ///< bytes of the payload that steps 0..step need, exactly
+  virtual std::uint64_t step_bytes(
+      unsigned step) const = 0;  ///< bytes of the payload that steps 0..step need, exactly
   /// Like Decoder::decode(0, ...), from the bytes of steps 0..step alone.
   virtual Expected<void> decode_step(unsigned step, unsigned threads, SlabSink& sink) const = 0;
 };
 
 /// How far the decoded finest level is from the original, over all voxels, in units of the voxel values.
 struct RecordedError {
-  double largest;       ///< largest absolute error
+  double largest;  ///< largest absolute error
   double mean_squared;
 };
 
@@ -187,10 +193,15 @@ class Codec {
   virtual const Traits& traits() const = 0;
   virtual std::span<const ParameterSpec> parameters() const = 0;
   /// `source.info().type` is one of traits().types and the extent is not empty (the container checks both).
-  virtual Expected<Payload> encode(const VolumeSource& source, const Parameters& parameters, unsigned threads) const = 0;
+  virtual Expected<Payload> encode(const VolumeSource& source, const Parameters& parameters,
+                                   unsigned threads) const = 0;
   /// Checks everything that later calls rely on: after success no call of the decoder reads outside the payload, whatever
   /// the bytes are.
   virtual Expected<std::unique_ptr<Decoder>> open(const Stream& stream) const = 0;
+  /// The largest absolute error that parameters promise, in voxel values; none where they promise
+  /// none. Whether it was kept tells Decoder::recorded_error(): number formats may end before the
+  /// promise does.
+  virtual std::optional<double> promised_error(const Parameters& parameters) const;
 };
 
 /// Extent of level `lod`: ceil(extent / 2^lod), at least 1 an axis.

@@ -163,13 +163,7 @@ MemoryEstimate bc4(const Work& w) { return blocks(w, 4, 4, kMiB / 2, kMiB / 2, 2
 struct Entry {
   std::string_view id;
   MemoryEstimate (*memory)(const Work&);
-  std::optional<double> (*promise)(const Parameters&) = nullptr;
 };
-
-std::optional<double> zfp_promise(const Parameters& parameters) {
-  if (parameters.text("mode") != "accuracy") return std::nullopt;
-  return std::ldexp(1.0, static_cast<int>(parameters.integer("tolerance_log2")));
-}
 
 constexpr std::array kEntries{
     Entry{"raw", raw},
@@ -189,7 +183,7 @@ constexpr std::array kEntries{
     Entry{"vq", vq},
     Entry{"hvq", hvq},
     Entry{"tvq", tvq},
-    Entry{"zfp", zfp, zfp_promise},
+    Entry{"zfp", zfp},
     Entry{"astc", astc},
     Entry{"bc4", bc4},
 };
@@ -209,20 +203,6 @@ MemoryEstimate estimate_memory(const Codec& codec, const VolumeInfo& info,
           .encode = work.planes(64),
           .decode = kMiB,
           .open = kMiB};
-}
-
-bool has_estimate(const Codec& codec) { return entry_of(codec) != nullptr; }
-
-std::optional<double> promised_error(const Codec& codec, const Parameters& parameters) {
-  const Entry* entry = entry_of(codec);
-  return entry == nullptr || entry->promise == nullptr ? std::nullopt : entry->promise(parameters);
-}
-
-std::optional<Bound> bound_of(const OpenedFile& file, const Decoder& decoder) {
-  const auto promised = promised_error(*file.codec, file.stream.parameters);
-  const auto recorded = decoder.recorded_error();
-  if (!promised || !recorded) return std::nullopt;
-  return Bound{*promised, recorded->largest};
 }
 
 }  // namespace cvr::codecs

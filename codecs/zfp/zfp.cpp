@@ -227,6 +227,10 @@ class ZfpCodec final : public scalar_blocks::ScalarBlocksCodec {
                 "with mode=accuracy: log2 of the largest absolute error allowed, in voxel values"}};
     return kParameters;
   }
+  std::optional<double> promised_error(const Parameters& parameters) const override {
+    if (parameters.text("mode") != "accuracy") return std::nullopt;
+    return std::ldexp(1.0, static_cast<int>(parameters.integer("tolerance_log2")));
+  }
 
  protected:
   std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters& parameters,
