@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "codecs/radix_sort.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs {
@@ -14,7 +15,8 @@ constexpr std::size_t kThinAbove = std::size_t{1} << 20;  // labels that are kep
 constexpr std::size_t place(std::uint64_t label) { return (label * 0x9e3779b97f4a7c15u) >> 52; }
 
 void sort_and_thin(std::vector<std::uint64_t>& labels) {
-  std::ranges::sort(labels);
+  std::vector<std::uint64_t> spare;
+  if (!std::ranges::is_sorted(labels)) radix_sort(labels, spare);
   labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
 }
 

@@ -7,6 +7,7 @@
 
 #include "codecs/csgv/brick_codec.hpp"
 #include "codecs/label_codes.hpp"
+#include "volumes/error.hpp"
 #include "volumes/label_hash.hpp"
 #include "volumes/parallel.hpp"
 
@@ -50,11 +51,11 @@ class LabelRemap {
       return;
     }
     std::uint64_t last = voxels[0];
-    std::uint32_t index = slots_[slot_of(last)] - 1;
+    std::uint32_t index = rank_of(last);
     for (std::size_t i = 0; i < voxels.size(); ++i) {
       if (voxels[i] != last) {
         last = voxels[i];
-        index = slots_[slot_of(last)] - 1;
+        index = rank_of(last);
       }
       out[i] = index;
     }
@@ -70,6 +71,13 @@ class LabelRemap {
       body(std::span(reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth)),
                      e.x * e.y * depth));
     }
+  }
+
+  std::uint32_t rank_of(std::uint64_t label) const {
+    const std::uint32_t rank = slots_[slot_of(label)];
+    if (rank == 0)
+      throw volumes::InputError("the volume has changed between two readings: a new label");
+    return rank - 1;
   }
 
   /// The slot of a label, or the free one that it would take.

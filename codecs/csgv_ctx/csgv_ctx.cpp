@@ -10,6 +10,7 @@
 #include "codecs/csgv_ctx/label_list.hpp"
 #include "codecs/csgv_ctx/model.hpp"
 #include "codecs/csgv_ctx/training.hpp"
+#include "codecs/radix_sort.hpp"
 
 namespace cvr::codecs {
 
@@ -81,8 +82,40 @@ struct GroupWorkspace final : PackWorkspace {
   std::vector<std::uint32_t> labels;  ///< palettes, one after the other
   std::vector<std::uint8_t> streams;
   std::vector<std::uint16_t> stream_words;
-  std::vector<std::uint32_t> list;
+  std::vector<std::uint32_t> list;   ///< the labels, ascending, each once
+  std::vector<std::uint32_t> ranks;  ///< in `list`, of each of `labels`
+  std::vector<std::uint64_t> keyed, spare;
+
+  /// Finds the list and the ranks by one sort of (label, place).
+  void rank_labels() {
+    keyed.resize(labels.size());
+    for (std::size_t i = 0; i < labels.size(); ++i) keyed[i] = std::uint64_t{labels[i]} << 32 | i;
+    radix_sort(keyed, spare);
+    list.clear();
+    ranks.resize(labels.size());
+    for (const std::uint64_t key : keyed) {
+      const auto label = static_cast<std::uint32_t>(key >> 32);
+      if (list.empty() || list.back() != label) list.push_back(label);
+      ranks[static_cast<std::uint32_t>(key)] = static_cast<std::uint32_t>(list.size() - 1);
+    }
+  }
 };
+
+/// Calls body(place in `all`) for each of `some`, which are among them; both ascending.
+template <class Body>
+void for_each_place(const std::vector<std::uint32_t>& some, const std::vector<std::uint32_t>& all,
+                    Body&& body) {
+  auto at = all.begin();
+  for (const std::uint32_t label : some) {
+    std::ptrdiff_t step = 1;  // doubled until the label lies within it
+    while (all.end() - at > step && at[step] <= label) {
+      at += step;
+      step *= 2;
+    }
+    at = std::lower_bound(at, all.end() - at > step ? at + step : all.end(), label);
+    body(static_cast<std::uint32_t>(at - all.begin()));
+  }
+}
 
 class CtxFormat final : public BrickFormat {
  public:
@@ -217,13 +250,8 @@ void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vect
 void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>& words,
                              ByteBreakdown& bytes) const {
   auto& workspace = static_cast<GroupWorkspace&>(scratch);
-  std::vector<std::uint32_t>& list = workspace.list;
-  list = workspace.labels;
-  std::ranges::sort(list);
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-  const auto place_in = [](const std::vector<std::uint32_t>& in, std::uint32_t label) {
-    return static_cast<std::uint32_t>(std::ranges::lower_bound(in, label) - in.begin());
-  };
+  workspace.rank_labels();
+  const std::vector<std::uint32_t>& list = workspace.list;
   std::uint32_t most_bytes = 0;
   std::uint32_t most_entries = 2;
   for (const GroupWorkspace::Brick& brick : workspace.bricks) {
@@ -234,7 +262,7 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   const auto count_bits = static_cast<unsigned>(std::bit_width(most_entries - 2));
   const unsigned rank_bits = bits_for(list.size());
   const auto root = [&](std::size_t i) {
-    return workspace.labels[workspace.bricks[i].first_entry];
+    return workspace.ranks[workspace.bricks[i].first_entry];
   };
 
   const std::size_t first_word = words.size();
@@ -247,9 +275,9 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   for (std::size_t i = 1; i < workspace.bricks.size(); ++i)
     out.put(root(i) != root(i - 1) ? 1 : 0, 1);
   for (std::size_t i = 0; i < workspace.bricks.size(); ++i) {
-    if (i == 0 || root(i) != root(i - 1)) out.put(place_in(list, root(i)), rank_bits);
+    if (i == 0 || root(i) != root(i - 1)) out.put(root(i), rank_bits);
   }
-  for (const std::uint32_t label : list) out.put(place_in(labels_, label), label_bits());
+  for_each_place(list, labels_, [&](std::uint32_t place) { out.put(place, label_bits()); });
   std::uint64_t palette_bits = out.bits() - palette_at;
   for (const GroupWorkspace::Brick& brick : workspace.bricks) {
     if (brick.entries == 1) continue;
@@ -259,7 +287,7 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   const std::uint64_t entries_at = out.bits();
   for (const GroupWorkspace::Brick& brick : workspace.bricks) {
     for (std::uint32_t k = 1; k < brick.entries; ++k)
-      out.put(place_in(list, workspace.labels[brick.first_entry + k]), rank_bits);
+      out.put(workspace.ranks[brick.first_entry + k], rank_bits);
   }
   palette_bits += out.bits() - entries_at;
 
