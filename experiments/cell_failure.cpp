@@ -9,8 +9,6 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr double kGrace = 5;  // seconds for a worker to free its memory and end
-
 std::string text_in(const Row& message, const char* key) {
   return message.is_object() && message.contains(key) && message[key].is_string()
              ? message[key].get<std::string>()

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "experiments/samples.hpp"
@@ -34,6 +35,7 @@ Journal::Journal(const std::string& path, std::string origin, bool anew)
           path_, number, expected, volumes::printable(text.substr(0, kQuoted))));
     };
     if (!is_round(line)) fail("a JSON object with cell, origin and samples");
+    cells_.insert(line["cell"].get<std::string>());
     if (line["origin"].get_ref<const std::string&>() != origin_) return;
     auto samples = samples_from(line["samples"]);
     if (!samples || !line.contains("seconds") || !line["seconds"].is_number())
@@ -51,6 +53,7 @@ const std::vector<Round>& Journal::rounds_of(const std::string& cell) const {
 }
 
 void Journal::append(const std::string& cell, const Round& round) {
+  cells_.insert(cell);
   const Row line{{"cell", cell},
                  {"origin", origin_},
                  {"seconds", round.seconds},
@@ -58,7 +61,11 @@ void Journal::append(const std::string& cell, const Round& round) {
   writer_->append(line.dump(-1, ' ', false, Row::error_handler_t::replace));
 }
 
-void Journal::remove() {
+void Journal::remove(const std::set<std::string>& ended) {
+  const auto has_ended = [&](const std::string& cell) {
+    return ended.contains(cell.substr(0, cell.find(' ')));
+  };
+  if (!std::ranges::all_of(cells_, has_ended)) return;
   writer_.reset();
   std::filesystem::remove(path_);
 }

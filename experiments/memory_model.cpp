@@ -6,6 +6,7 @@
 
 #include "codecs/estimates.hpp"
 #include "codecs/registry.hpp"
+#include "experiments/stages/points.hpp"
 
 namespace cvr::experiments {
 
@@ -18,10 +19,6 @@ constexpr double kDriver = 256 * kMiB;    ///< of a renderer
 constexpr double kPixel = 100;            ///< bytes, of images on the device and here
 constexpr std::uint64_t kSlabPlanes = 64;
 
-// As stages/random_access.cpp chooses its points: three series a level in a twentieth of a second.
-constexpr double kRoundNs = 0.05e9;
-constexpr double kLeastPoints = 1e5, kMostPoints = 2e6, kPointsByBricks = 1000;
-
 double bytes_of(const volumes::VolumeInfo& info) { return static_cast<double>(info.bytes()); }
 
 /// Where decoded voxels go: the whole volume, or one slab.
@@ -31,16 +28,16 @@ double destination(const volumes::VolumeInfo& info, const MemoryChoices& choices
   return static_cast<double>(info.extent.x * info.extent.y * planes * size_of(info.type));
 }
 
-double points(const codecs::Traits& traits, const codecs::MemoryEstimate& need,
-              const volumes::VolumeInfo& info, const MemoryChoices& choices) {
+double memory_of_points(const codecs::Traits& traits, const codecs::MemoryEstimate& need,
+                        const volumes::VolumeInfo& info, const MemoryChoices& choices) {
   const bool labels = info.kind == volumes::VolumeKind::kLabels;
   const double levels = choices.lods.empty()
                             ? need.levels
                             : std::min(need.levels, static_cast<double>(choices.lods.size()));
-  const double wanted =
-      std::clamp(kRoundNs / (need.access_ns * 3 * levels), kLeastPoints, kMostPoints);
-  const double count = traits.access == codecs::Granularity::kBrick ? kPointsByBricks : wanted;
-  return count * ((labels ? 3 : 2) * sizeof(volumes::Coordinate) + sizeof(std::uint64_t));
+  const std::uint64_t count =
+      points_a_series(need.access_ns, levels, traits.access == codecs::Granularity::kBrick);
+  return static_cast<double>(count) *
+         ((labels ? 3 : 2) * sizeof(volumes::Coordinate) + sizeof(std::uint64_t));
 }
 
 double render_memory(const RenderChoice& render, const volumes::VolumeInfo& info) {
@@ -97,7 +94,8 @@ double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info,
     case Stage::kDecode:
       return process + need.file + need.decode + to;
     default:
-      return process + need.file + need.open + points(codec.traits(), need, info, choices);
+      return process + need.file + need.open +
+             memory_of_points(codec.traits(), need, info, choices);
   }
 }
 
@@ -113,15 +111,16 @@ MemoryForecast::MemoryForecast(const std::vector<Row>& rows, MemoryChoices choic
   }
 }
 
-MemoryForecast::Memory MemoryForecast::of(const Cell& cell, const std::string& cell_id,
-                                          const volumes::VolumeInfo& info) const {
+std::uint64_t MemoryForecast::of(const Cell& cell, const std::string& cell_id,
+                                 const volumes::VolumeInfo& info) const {
   const auto same = std::ranges::find_if(
       rows_, [&](const Row* row) { return row->value("cell", "") == cell_id; });
-  if (same != rows_.end()) return {static_cast<std::uint64_t>(measured(**same)), true};
+  if (same != rows_.end()) return static_cast<std::uint64_t>(measured(**same));
   const double model = modelled_memory(cell, info, choices_);
+  if (cell.render) return static_cast<std::uint64_t>(model);
   double scale = 1, least_distance = 1e300;
   for (const Row* row : rows_) {
-    if (cell.render || !same_work(*row, cell)) continue;
+    if (!same_work(*row, cell)) continue;
     const auto other = info_of(*row);
     if (!other || other->kind != info.kind || other->type != info.type) continue;
     const double distance = std::abs(std::log(bytes_of(*other) / bytes_of(info)));
@@ -129,7 +128,7 @@ MemoryForecast::Memory MemoryForecast::of(const Cell& cell, const std::string& c
     least_distance = distance;
     scale = measured(*row) / modelled_memory(cell, *other, choices_);
   }
-  return {static_cast<std::uint64_t>(model * scale), least_distance < 1e300};
+  return static_cast<std::uint64_t>(model * scale);
 }
 
 }  // namespace cvr::experiments

@@ -31,11 +31,9 @@ class MemoryForecast {
   /// `rows` must outlive it.
   MemoryForecast(const std::vector<Row>& rows, MemoryChoices choices);
 
-  struct Memory {
-    std::uint64_t bytes;
-    bool from_rows;  ///< of the same cell, or of others that the model was scaled by
-  };
-  Memory of(const Cell& cell, const std::string& cell_id, const volumes::VolumeInfo& info) const;
+  /// Bytes.
+  std::uint64_t of(const Cell& cell, const std::string& cell_id,
+                   const volumes::VolumeInfo& info) const;
 
  private:
   std::vector<const Row*> rows_;  ///< that are ok and tell their memory, the last one first

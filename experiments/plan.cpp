@@ -105,7 +105,7 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
     }
     if (location->present && planned.decision != Decision::kUnsupported) {
       expect_from_model(config, planned);
-      planned.expected_memory = memory.of(cell, planned.id, location->info).bytes;
+      planned.expected_memory = memory.of(cell, planned.id, location->info);
     }
     if (row != latest.end() && row->second.contains("elapsed_seconds")) {
       planned.expected_seconds = row->second.value("elapsed_seconds", 0.0);

@@ -1,4 +1,4 @@
-// Where the project's own files (configs, scenes, published figures, the report) may lie.
+// Where the project's own files (configs, scenes) may lie.
 #pragma once
 
 #include <filesystem>

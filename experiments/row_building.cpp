@@ -100,18 +100,20 @@ std::string describe_end(const PlannedCell& planned, const Row& row) {
   const std::string status = row.at("status").get<std::string>();
   const std::string text = fmt::format("{}: {}", planned.cell.describe(), status);
   if (status != kOk) return fmt::format("{} ({})", text, row.at("reason").get<std::string>());
-  if (row.contains("frames")) {
-    return fmt::format("{}, {:.4g} ms a frame, {} rounds", text,
-                       row["frames"]["mean_ms"].get<double>(), row["time"]["rounds"].get<int>());
+  const Row& time = row.at("time");
+  const auto rounds = time.at("rounds").get<std::uint64_t>();
+  switch (planned.cell.stage) {
+    case Stage::kRender:
+      return fmt::format("{}, {:.4g} ms a frame, {} rounds", text,
+                         row.at("frames").at("mean_ms").get<double>(), rounds);
+    case Stage::kRandomAccess:
+      if (row.at("access").empty()) return text;
+      return fmt::format("{}, {:.4g} ns a voxel", text,
+                         row.at("access").at(0).at("ns_per_voxel").at("median").get<double>());
+    default:
+      return fmt::format("{}, {:.4g} s, {} rounds", text,
+                         time.at("seconds").at("median").get<double>(), rounds);
   }
-  if (row["time"].contains("seconds")) {
-    return fmt::format("{}, {:.4g} s, {} rounds", text,
-                       row["time"]["seconds"]["median"].get<double>(),
-                       row["time"]["rounds"].get<int>());
-  }
-  if (row["access"].empty()) return text;
-  return fmt::format("{}, {:.4g} ns a voxel", text,
-                     row["access"][0]["ns_per_voxel"]["median"].get<double>());
 }
 
 void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop,

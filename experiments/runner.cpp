@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <chrono>
 #include <random>
+#include <set>
+#include <stdexcept>
 #include <thread>
 
 #include "experiments/cell_failure.hpp"
 #include "experiments/journal.hpp"
+#include "experiments/memory.hpp"
 #include "experiments/provenance.hpp"
 #include "experiments/raw_copies.hpp"
 #include "experiments/row_building.hpp"
@@ -23,8 +26,6 @@
 namespace cvr::experiments {
 
 namespace {
-
-constexpr double kGrace = 5;  // seconds for a worker to free its memory and end
 
 double now_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -80,7 +81,7 @@ class Runner {
       first = last;
     }
     summary_.interrupted = interrupted();
-    if (!summary_.interrupted) journal_.remove();
+    if (!summary_.interrupted) journal_.remove(ended_cells(plan));
     return summary_;
   }
 
@@ -120,6 +121,16 @@ class Runner {
                        copy_.content_hash.empty() ? "streamed" : copy_.content_hash);
   }
 
+  /// Those of this run, and those of others with a row that is ok.
+  std::set<std::string> ended_cells(const std::vector<PlannedCell>& plan) const {
+    std::set<std::string> ended;
+    for (const auto& [cell, outcome] : last_) {
+      if (outcome.first == kOk) ended.insert(cell);
+    }
+    for (const PlannedCell& planned : plan) ended.insert(planned.id);
+    return ended;
+  }
+
   /// One clear end in place of a failed row a cell where nothing can draw. Throws gpu::DeviceError.
   void require_device(const std::vector<PlannedCell>& plan) const {
     const bool draws = std::ranges::any_of(plan, [](const PlannedCell& planned) {
@@ -152,6 +163,7 @@ class Runner {
     if (planned.decision == Decision::kRun) expected_done_ += planned.expected_seconds;
     const std::string status = row["status"].get<std::string>();
     ++summary_.by_status[status];
+    if (status != kOk) summary_.last_reason = row.value("reason", "");
     say(describe_end(planned, row), true);
   }
 
@@ -223,17 +235,18 @@ class Runner {
 
   /// Cuts what would not fit into memory together, in the order of the configuration.
   void run_groups(const std::vector<const PlannedCell*>& cells) {
-    const std::uint64_t available = available_memory();
+    const std::uint64_t available = usable_memory();
     std::vector<std::vector<const PlannedCell*>> groups;
     std::uint64_t used = 0;
     for (const PlannedCell* planned : cells) {
-      const bool full = available > 0 && used + planned->expected_memory > available;
+      const std::uint64_t need = planned->expected_memory * outputs_.size();
+      const bool full = available > 0 && used + need > available;
       if (groups.empty() || full || groups.back().size() >= config_.together) {
         groups.emplace_back();
         used = 0;
       }
       groups.back().push_back(planned);
-      used += planned->expected_memory * outputs_.size();
+      used += need;
     }
     for (std::size_t i = 0; i < groups.size() && !interrupted(); ++i) {
       group_text_ = groups.size() == 1
@@ -391,7 +404,11 @@ class Runner {
     const Row& provenance = outputs_[side.contender].provenance;
     try {
       Row row = start_row(planned, copy_, provenance, config_.hash, kOk, "");
-      for (const auto& [key, value] : side.parts.items()) row[key] = value;
+      for (const auto& [key, value] : side.parts.items()) {
+        if (row.contains(key))
+          throw std::invalid_argument(fmt::format("the part '{}' is none of a worker's", key));
+        row[key] = value;
+      }
       add_times(planned, side.measured, stop, row);
       const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
       const std::uint64_t peak = side.peak_bytes > 0 ? side.peak_bytes : end.peak_bytes;

@@ -57,6 +57,7 @@ struct RunSummary {
   std::map<std::string, std::size_t> by_status;
   std::size_t environment_failures =
       0;  ///< failed cells whose device was lost or had no memory left: nothing is said of the codec
+  std::string last_reason;  ///< of the last cell that was not ok
   bool interrupted = false;
 };
 

@@ -35,6 +35,8 @@ struct WorkerLimits {
       0;  ///< of a file that it writes; writing beyond fails in the worker; 0: no limit
 };
 
+inline constexpr double kGrace = 5;  ///< seconds for a worker to free its memory and end
+
 struct WorkerEnd {
   int signal = 0;  ///< that ended it, 0 if it exited
   int exit_code = 0;

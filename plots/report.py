@@ -12,6 +12,7 @@ import argparse
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -169,6 +170,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         write_whole(choices.output, page)
     except OSError as error:
         print(f"report.py: {error}", file=sys.stderr)
+        return EXIT_ENVIRONMENT
+    except Exception:  # Python's own exit code for it is 1, which says that nothing was measured
+        traceback.print_exc()
         return EXIT_ENVIRONMENT
     if not any(row.ok for row in results.rows):
         print("report.py: nothing was measured: no row of these folders is ok, and the page says why", file=sys.stderr)

@@ -200,10 +200,9 @@ int exit_code_of(const RunSummary& summary, const std::string& rows_path) {
   const int of_failures =
       failed > summary.environment_failures ? kExitCheckFailed : kExitEnvironment;
   if (count(kOk) + summary.skipped > 0) return failed == 0 ? kExitOk : of_failures;
-  std::string counts, reason;
+  std::string counts;
   for (const auto& [status, number] : summary.by_status)
     counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", number, status);
-  for (const Row& row : load_rows(rows_path)) reason = row.value("reason", "");
   const std::size_t tried = failed + count(kTimeout) + count(kOutOfMemory);
   const int code = failed > 0 && tried == failed           ? of_failures
                    : tried > 0 || count(kDataMissing) == 0 ? kExitCheckFailed
@@ -211,7 +210,8 @@ int exit_code_of(const RunSummary& summary, const std::string& rows_path) {
   return end_with_nothing(
       code,
       fmt::format("nothing was measured: no cell is ok ({}); the last one: {}; {} tells of each",
-                  counts, reason.empty() ? "no reason given" : reason, rows_path));
+                  counts,
+                  summary.last_reason.empty() ? "no reason given" : summary.last_reason, rows_path));
 }
 
 bool any_ok(const std::vector<Row>& rows) {

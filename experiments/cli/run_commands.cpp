@@ -118,6 +118,7 @@ int run(const Choices& choices, const Environment& environment) {
     for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
     all.skipped += summary.skipped;
     all.environment_failures += summary.environment_failures;
+    if (!summary.last_reason.empty()) all.last_reason = summary.last_reason;
   }
   end_progress();
   const InterruptWatch watch;

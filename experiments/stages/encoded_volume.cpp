@@ -13,7 +13,6 @@
 #include <fstream>
 #include <thread>
 
-#include "codecs/estimates.hpp"
 #include "codecs/registry.hpp"
 #include "experiments/error_sink.hpp"
 
@@ -148,9 +147,10 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
       size["gpu_bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);
     }
   }
-  if (const auto bound = codecs::bound_of(file, *decoder)) {
-    size["bound"] = bound->promised;
-    size["bound_kept"] = bound->kept();
+  const auto promised = file.codec->promised_error(file.stream.parameters);
+  if (const auto recorded = decoder->recorded_error(); promised && recorded) {
+    size["bound"] = *promised;
+    size["bound_kept"] = recorded->largest <= *promised;
   }
   for (std::size_t i = 0; i < codecs::kByteClasses; ++i) {
     const auto byte_class = static_cast<codecs::ByteClass>(i);

@@ -36,7 +36,8 @@ class Random {
 constexpr std::uint64_t kLabelVoxels = 1 << 20;  // of the one label that are kept to draw from
 
 /// A label, or the bits of a scalar.
-std::uint64_t label_in(const volumes::VolumeInfo& info, const std::byte* voxels, std::uint64_t index) {
+std::uint64_t label_in(const volumes::VolumeInfo& info, const std::byte* voxels,
+                       std::uint64_t index) {
   return volumes::with_voxel_type(info.type, [&]<class T>() -> std::uint64_t {
     std::uint64_t bits = 0;
     std::memcpy(&bits, voxels + index * sizeof(T), sizeof(T));
@@ -55,7 +56,16 @@ std::uint64_t choose_label(const VolumeSource& source, std::uint64_t seed) {
 
 }  // namespace
 
-std::vector<Coordinate> uniform_points(const Extent& extent, std::uint64_t seed, std::uint64_t count) {
+std::uint64_t points_a_series(double access_ns, double levels, bool by_bricks) {
+  constexpr double kLeast = 1e5, kMost = 2e6, kRoundNs = 0.05e9;
+  constexpr std::uint64_t kByBricks = 1000;
+  if (by_bricks) return kByBricks;
+  const double series = 3 * levels;
+  return static_cast<std::uint64_t>(std::clamp(kRoundNs / (access_ns * series), kLeast, kMost));
+}
+
+std::vector<Coordinate> uniform_points(const Extent& extent, std::uint64_t seed,
+                                       std::uint64_t count) {
   Random random(seed);
   std::vector<Coordinate> points(count);
   for (Coordinate& p : points) {
@@ -66,7 +76,8 @@ std::vector<Coordinate> uniform_points(const Extent& extent, std::uint64_t seed,
   return points;
 }
 
-std::vector<Coordinate> clustered_points(const Extent& extent, std::uint64_t seed, std::uint64_t count) {
+std::vector<Coordinate> clustered_points(const Extent& extent, std::uint64_t seed,
+                                         std::uint64_t count) {
   Random random(seed ^ 0x636c7573u);
   std::vector<Coordinate> points;
   points.reserve(count);
@@ -81,7 +92,9 @@ std::vector<Coordinate> clustered_points(const Extent& extent, std::uint64_t see
     }
     if (length < 1e-6) continue;
     const double scale = 1 / std::sqrt(length);
-    const auto inside = [&](std::size_t a) { return at[a] >= 0 && at[a] < static_cast<double>(axes[a]); };
+    const auto inside = [&](std::size_t a) {
+      return at[a] >= 0 && at[a] < static_cast<double>(axes[a]);
+    };
     while (points.size() < count && inside(0) && inside(1) && inside(2)) {
       points.push_back({static_cast<std::uint64_t>(at[0]), static_cast<std::uint64_t>(at[1]),
                         static_cast<std::uint64_t>(at[2])});
@@ -119,7 +132,8 @@ std::vector<Coordinate> one_label_points(const VolumeSource& source, std::uint64
   return points;
 }
 
-std::vector<std::uint64_t> labels_at(const VolumeSource& source, const std::vector<Coordinate>& points) {
+std::vector<std::uint64_t> labels_at(const VolumeSource& source,
+                                     const std::vector<Coordinate>& points) {
   const volumes::VolumeInfo& info = source.info();
   std::vector<std::uint64_t> labels(points.size());
   if (source.data() != nullptr) {

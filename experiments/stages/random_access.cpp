@@ -23,10 +23,6 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr double kLeastPoints = 1e5, kMostPoints = 2e6;
-constexpr double kPointsByBricks = 1000;
-constexpr double kRoundNs = 0.05e9;
-
 struct PointSet {
   std::string name;
   std::vector<volumes::Coordinate> points;
@@ -122,10 +118,8 @@ class RandomAccessRun final : public StageRun {
     const volumes::Extent& extent = truth_.info().extent;
     const codecs::MemoryEstimate known = codecs::estimate_memory(
         *file_->codec, truth_.info(), file_->stream.parameters, spec_.threads);
-    const double series = 3.0 * static_cast<double>(lods_.size());
-    const double wanted =
-        std::clamp(kRoundNs / (known.access_ns * series), kLeastPoints, kMostPoints);
-    const auto count = static_cast<std::uint64_t>(by_bricks_ ? kPointsByBricks : wanted);
+    const std::uint64_t count =
+        points_a_series(known.access_ns, static_cast<double>(lods_.size()), by_bricks_.has_value());
     sets_.push_back({"uniform", uniform_points(extent, spec_.seed, count)});
     sets_.push_back({"clustered", clustered_points(extent, spec_.seed, count)});
     if (truth_.info().kind == volumes::VolumeKind::kLabels)

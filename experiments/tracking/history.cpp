@@ -188,7 +188,11 @@ Recorded record_history(const std::string& store, const std::vector<Row>& rows) 
   for (const auto& [machine, text] : fresh) {
     const std::string path = (fs::path(store) / (machine + ".jsonl")).string();
     volumes::OutputFile file(path);
-    if (fs::exists(path)) file.write(volumes::MappedFile(path).text());
+    if (fs::exists(path)) {
+      const volumes::MappedFile old(path);
+      file.write(old.text());
+      if (!old.text().empty() && old.text().back() != '\n') file.write("\n");
+    }
     file.write(text);
     file.commit();
   }

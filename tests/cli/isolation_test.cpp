@@ -121,6 +121,21 @@ TEST_F(Isolation, WhatIsNoAnswerIsARow) {
   }
 }
 
+TEST_F(Isolation, PartsNeverReplaceWhatTheRunKnows) {
+  const auto with_parts = [&](const std::string& parts) {
+    return broken("echo '{\"event\":\"ready\",\"parts\":" + parts +
+                  "}'; while read -r line; do [ \"$line\" = stop ] && exit 0; "
+                  "echo '{\"event\":\"round\",\"samples\":[[\"encode\",1,1,1]]}'; done");
+  };
+  for (const char* parts :
+       {R"({"status":5})", R"({"cell":"x"})", R"({"key":[]})", R"({"time":"never"})"}) {
+    const json row = with_parts(parts);
+    EXPECT_EQ(row["status"], "failed") << parts;
+    EXPECT_THAT(row["reason"].get<std::string>(), HasSubstr("gave answers that are none")) << parts;
+  }
+  EXPECT_EQ(with_parts(R"({"frames":{},"access":{}})")["status"], "ok");
+}
+
 TEST_F(Isolation, AnEndBeforeTheAnswerIsARow) {
   EXPECT_THAT(broken("exit 0")["reason"].get<std::string>(),
               HasSubstr("crashed in the check: exit code 0"));

@@ -150,7 +150,7 @@ TEST_F(Judging, HostileRowsAreRefusedOrEscaped) {
           "export bad --format csv", "history add bad --store s", "table c.yaml --results bad",
           "claims c.yaml --results bad"}) {
       const Outcome outcome = program_.run(command);
-      EXPECT_LE(outcome.exit_code, 2) << command << " " << field << " " << outcome.err;
+      EXPECT_EQ(outcome.exit_code, 2) << command << " " << field << " " << outcome.err;
     }
   }
   json away = json::parse(rows.substr(0, rows.find('\n')));

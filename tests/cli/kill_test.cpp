@@ -280,6 +280,15 @@ TEST_F(Kill, ForceMeasuresTheCellsOfEveryConfigurationAgain) {
       << "two of each, twice; the second a.yaml finds its cells done";
 }
 
+TEST_F(Kill, RoundsOfOtherConfigurationsStayInTheJournal) {
+  const std::string line =
+      R"({"cell": "0123456789abcdef 1", "origin": "x", "seconds": 1, "samples": [["s", 1, 1, 1]]})"
+      "\n";
+  program_.write("o/journal.jsonl", line);
+  ASSERT_EQ(program_.run("run c.yaml --out o --resume --only codec=raw").exit_code, 0);
+  EXPECT_THAT(program_.read("o/journal.jsonl"), testing::StartsWith(line));
+}
+
 TEST_F(Kill, RoundsBeyondTheLargestNumberAreLeftOut) {
   const char* many = " --set rounds=100000 --set max_rounds=100000 --set target_interval=0.000001";
   std::istringstream words(many);

@@ -69,7 +69,19 @@ TEST_F(JournalTest, ForgetsOtherBuildsAndOldRunsAndItself) {
   { Journal(path_, "that build", false).append("a", round_of(1)); }
   EXPECT_TRUE(Journal(path_, "this build", false).rounds_of("a").empty());
   EXPECT_TRUE(Journal(path_, "that build", true).rounds_of("a").empty());
-  Journal(path_, "this build", false).remove();
+  Journal(path_, "this build", false).remove({"a"});
+  EXPECT_FALSE(std::filesystem::exists(path_));
+}
+
+TEST_F(JournalTest, StaysWhileItHoldsRoundsOfCellsThatHaveNotEnded) {
+  { Journal(path_, "other configuration", false).append("b hash", round_of(2)); }
+  {
+    Journal journal(path_, "this build", false);
+    journal.append("a hash", round_of(1));
+    journal.remove({"a"});
+  }
+  EXPECT_EQ(Journal(path_, "other configuration", false).rounds_of("b hash").size(), 1u);
+  Journal(path_, "this build", false).remove({"b", "a"});
   EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
