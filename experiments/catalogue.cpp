@@ -90,12 +90,14 @@ Dataset read_dataset(const std::string& name, const YamlValue& value,
        true},
       {"steps", [&](const YamlValue& v) { d.time_steps = v.integer(1, UINT64_MAX); }},
       {"voxel_size",
-       [](const YamlValue& v) {
+       [&](const YamlValue& v) {
          const auto sizes = v.list("three sizes");
          if (sizes.size() != 3) v.expected("a list of three sizes [x, y, z]");
-         for (const YamlValue& size : sizes) size.number(0, 1e300);
+         d.voxel_size.emplace();
+         for (std::size_t axis = 0; axis < 3; ++axis)
+           (*d.voxel_size)[axis] = sizes[axis].number(1e-300, 1e300);
        }},
-      {"voxel_unit", [](const YamlValue& v) { v.text(); }},
+      {"voxel_unit", text_into(d.voxel_unit)},
       {"labels", [&](const YamlValue& v) { d.labels = v.integer(1, UINT64_MAX); }},
       {"hash",
        [&](const YamlValue& v) {
@@ -126,6 +128,8 @@ Dataset read_dataset(const std::string& name, const YamlValue& value,
     d.generator->parameters["steps"] = static_cast<double>(d.time_steps);
   if (d.file.empty() && (!d.axes.empty() || d.allow_external))
     value.expected("axes and allow_external only beside a file");
+  if (!d.voxel_unit.empty() && !d.voxel_size)
+    value.expected("voxel_unit only beside a voxel_size");
   if (is_too_large(d.extent, d.time_steps))
     value.reject(fmt::format("expected at most {} voxels in all, found {} in {} steps", kMostVoxels,
                              to_string(d.extent), d.time_steps));

@@ -196,6 +196,38 @@ void exchange_axes_of(VolumeInfo& info) {
   info.time_steps = 1;
 }
 
+/// Another source whose voxels have another size.
+class SizedSource final : public VolumeSource {
+ public:
+  SizedSource(std::unique_ptr<VolumeSource> source, const VolumeInfo& sized)
+      : source_(std::move(source)), info_(source_->info()) {
+    info_.voxel_size = sized.voxel_size;
+    info_.voxel_unit = sized.voxel_unit;
+  }
+  const VolumeInfo& info() const override { return info_; }
+  void read(const Box& box, std::byte* out) const override { source_->read(box, out); }
+  const std::byte* data() const override { return source_->data(); }
+  volumes::Provenance provenance() const override { return source_->provenance(); }
+  std::vector<std::string> files() const override { return source_->files(); }
+
+ private:
+  std::unique_ptr<VolumeSource> source_;
+  VolumeInfo info_;
+};
+
+/// Gives a volume that says no voxel size that of its description. Only proportions change what is
+/// measured (pictures), so equal edges leave the identity as it is.
+void add_voxel_size(const Dataset& dataset, Location& location) {
+  VolumeInfo& info = location.info;
+  const std::array<double, 3> unsaid{1, 1, 1};
+  if (!dataset.voxel_size || info.voxel_size != unsaid || !info.voxel_unit.empty()) return;
+  info.voxel_size = *dataset.voxel_size;
+  info.voxel_unit = dataset.voxel_unit;
+  const auto& [x, y, z] = info.voxel_size;
+  if (x == y && y == z) return;
+  location.identity = identify(fmt::format("voxel size {} {} {} {}", x, y, z, location.identity));
+}
+
 /// The voxels of another source in the same order, said to be of extent (Z, Y, X).
 class ExchangedSource final : public VolumeSource {
  public:
@@ -257,7 +289,9 @@ Location locate_in_order(const Dataset& dataset, const Places& places) {
 
 Location locate(const Dataset& dataset, const Places& places) {
   Location location = locate_in_order(dataset, places);
-  if (!location.present || !dataset.exchange_axes) return location;
+  if (!location.present) return location;
+  add_voxel_size(dataset, location);
+  if (!dataset.exchange_axes) return location;
   location.exchanged = true;
   exchange_axes_of(location.info);
   location.identity = identify("exchanged axes " + location.identity);
@@ -270,14 +304,18 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
   if (location.exchanged) {
     Location in_order = location;
     in_order.exchanged = false;
-    in_order.info.extent = exchange(location.info.extent);
+    exchange_axes_of(in_order.info);
     return std::make_unique<ExchangedSource>(*open_location(in_order, threads));
   }
-  if (!location.path.empty())
-    return volumes::open_volume(location.path,
-                                {location.info.kind, location.axes, location.allow_external});
-  return volumes::make_generator(location.generator->kind, location.info.step_extent(),
-                                 location.generator->seed, location.generator->parameters, threads);
+  auto source =
+      location.path.empty()
+          ? volumes::make_generator(location.generator->kind, location.info.step_extent(),
+                                    location.generator->seed, location.generator->parameters,
+                                    threads)
+          : volumes::open_volume(location.path,
+                                 {location.info.kind, location.axes, location.allow_external});
+  if (source->info().voxel_size == location.info.voxel_size) return source;
+  return std::make_unique<SizedSource>(std::move(source), location.info);
 }
 
 }  // namespace cvr::experiments

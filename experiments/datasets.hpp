@@ -7,6 +7,7 @@
 // retuned generator never passes for the old one. Cell ids and cached copies are named by it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -38,6 +39,8 @@ struct Dataset {
   std::uint64_t time_steps = 1;
   std::uint64_t labels = 0;
   std::string file;     ///< empty if only generated; may begin with ${CVRBENCH_DATA}
+  std::optional<std::array<double, 3>> voxel_size;  ///< along x, y, z, where the volume says none
+  std::string voxel_unit;                           ///< of voxel_size; empty: ratios alone count
   std::string package;  ///< the Debian package that the file comes from
   std::string hash;     ///< XXH3-64 of the file, 16 hexadecimal digits; empty when unknown
   std::optional<GeneratorChoice> generator;

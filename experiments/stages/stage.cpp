@@ -88,6 +88,8 @@ std::string to_json_line(const WorkerSpec& spec) {
   j["allow_external"] = spec.location.allow_external;
   j["extent"] = {info.extent.x, info.extent.y, info.extent.z};
   j["time_steps"] = info.time_steps;
+  j["voxel_size"] = info.voxel_size;
+  j["voxel_unit"] = info.voxel_unit;
   j["type"] = name_of(info.type);
   j["kind"] = name_of(info.kind);
   j["raw_path"] = spec.raw_path;
@@ -125,6 +127,8 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   const auto extent = j.at("extent").get<std::array<std::uint64_t, 3>>();
   location.info.extent = {extent[0], extent[1], extent[2]};
   location.info.time_steps = j.at("time_steps").get<std::uint64_t>();
+  location.info.voxel_size = j.at("voxel_size").get<std::array<double, 3>>();
+  location.info.voxel_unit = j.at("voxel_unit").get<std::string>();
   location.info.type = volumes::voxel_type_from_name(j.at("type").get<std::string>()).value();
   location.info.kind = volumes::volume_kind_from_name(j.at("kind").get<std::string>()).value();
   spec.raw_path = j.at("raw_path").get<std::string>();

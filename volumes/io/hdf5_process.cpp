@@ -106,6 +106,8 @@ int settle_in(int socket) {
   for (int standard = 0; standard < kSocket; ++standard) ::dup2(null, standard);
   ::close_range(kSocket + 1, ~0u, 0);
   for (const int signal : {SIGTERM, SIGXCPU, SIGALRM, SIGCHLD}) std::signal(signal, SIG_DFL);
+  // What the program does about its own faults is not to be done for the library's.
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT}) std::signal(signal, SIG_DFL);
   for (const int signal : {SIGINT, SIGQUIT, SIGHUP, SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   sigset_t none;
   sigemptyset(&none);

@@ -61,6 +61,37 @@ TEST_F(Locations, AxesAndExternalFilesAreToldToWorkersAndNameAnotherIdentity) {
   EXPECT_TRUE(told.allow_external);
 }
 
+TEST_F(Locations, ADescriptionGivesItsVoxelSizeToVolumesThatSayNone) {
+  dataset_.voxel_size = {7, 7, 7};
+  EXPECT_EQ(locate(dataset_, {}).info.voxel_size, (std::array<double, 3>{1, 2, 3}))
+      << "the file's own counts";
+  Dataset made;
+  made.name = "made";
+  made.type = volumes::VoxelType::kU32;
+  made.extent = made.full_extent = {8, 9, 10};
+  made.generator = GeneratorChoice{"cells", 1, {}};
+  const Location plain = locate(made, {});
+  made.voxel_size = {2, 2, 2};
+  EXPECT_EQ(locate(made, {}).identity, plain.identity) << "pictures are the same";
+  made.voxel_size = {3, 1, 1};
+  for (const bool exchanged : {false, true}) {
+    made.exchange_axes = exchanged;
+    const Location sized = locate(made, {});
+    EXPECT_NE(sized.identity, plain.identity);
+    WorkerSpec spec;
+    spec.location = sized;
+    spec.codec = "raw";
+    const Location told = worker_spec_from_json(to_json_line(spec)).location;
+    const std::array<double, 3> expected =
+        exchanged ? std::array<double, 3>{1, 1, 3} : std::array<double, 3>{3, 1, 1};
+    EXPECT_EQ(told.info.voxel_size, expected);
+    const auto source = open_location(told, 1);
+    EXPECT_EQ(source->info().voxel_size, expected);
+    EXPECT_EQ(source->info().extent, sized.info.extent);
+    EXPECT_EQ(volumes::read_all(*source).info().voxel_size, expected);
+  }
+}
+
 TEST(Sizes, ProductsDoNotOverflow) {
   EXPECT_FALSE(is_too_large({1 << 16, 1 << 16, 1 << 16}));
   EXPECT_TRUE(is_too_large({1 << 16, 1 << 16, (1 << 16) + 1}));
