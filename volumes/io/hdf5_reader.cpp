@@ -7,9 +7,9 @@
 // numbers in floating point; each is checked.
 //
 // A child process calls the library (hdf5_process.hpp): it opens the dataset, says what it found as
-// plain values, and then reads boxes as hyperslabs into shared memory, at most kShared bytes at a
-// time. Its chunk cache holds one layer of chunks in z, so that slabs thinner than a chunk do not
-// inflate each chunk again and again.
+// plain values, and then reads boxes as hyperslabs into shared memory, at most kShared bytes and
+// whole chunks at a time. Its chunk cache holds one layer of chunks in z, up to a limit, so that
+// slabs thinner than a chunk do not inflate each chunk again and again.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,8 +44,7 @@ class DatasetServer {
 
   Json serve(const Json& request, std::span<std::byte> shared) {
     if (request.contains("slow")) {
-      reopen_hdf5_dataset(dataset_, request["slow"].get<std::vector<int>>(), stored_.width);
-      return nullptr;
+      return reopen_hdf5_dataset(dataset_, request["slow"].get<std::vector<int>>(), stored_.width);
     }
     if (!request.contains("start")) return open();
     read(request["start"].get<std::vector<hsize_t>>(), request["count"].get<std::vector<hsize_t>>(),
@@ -145,7 +144,13 @@ class Hdf5Source final : public VolumeSource {
     info_.voxel_size = meaning.voxel_size;
     info_.voxel_unit = meaning.voxel_unit;
     info_.offset = meaning.offset;
-    call({{"slow", std::array{order_.axis[2], order_.time}}}, kOpenSeconds);
+    const auto chunk =
+        call({{"slow", std::array{order_.axis[2], order_.time}}}, kOpenSeconds).get<Sizes>();
+    for (std::size_t i = 0; i < 3 && !chunk.empty(); ++i) {
+      if (order_.axis[i] >= 0)
+        chunk_[i] = std::clamp<std::uint64_t>(chunk[static_cast<std::size_t>(order_.axis[i])], 1,
+                                              order_.length(i, size_));
+    }
   }
 
   const VolumeInfo& info() const override { return info_; }
@@ -217,8 +222,9 @@ class Hdf5Source final : public VolumeSource {
     first_step_ = steps.first;
   }
 
-  /// Voxels of one time step, in parts that fit into the shared memory: as long as they can be
-  /// along the file's fast axes.
+  /// Voxels of one time step, in parts that fit into the shared memory: whole chunks, so that none
+  /// is inflated for two parts, and as many as can be along the file's fast axes. A chunk that is
+  /// too large is cut along its slow axes.
   void read_step(std::uint64_t step, const Box& box, const Box& whole, std::byte* out) const {
     std::array<std::size_t, 3> slowest_first{2, 1, 0};
     std::stable_sort(slowest_first.begin(), slowest_first.end(),
@@ -226,16 +232,28 @@ class Hdf5Source final : public VolumeSource {
     const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y, box.origin.z};
     const std::array<std::uint64_t, 3> end{origin[0] + box.size.x, origin[1] + box.size.y,
                                            origin[2] + box.size.z};
-    std::array<std::uint64_t, 3> part{box.size.x, box.size.y, box.size.z};
-    for (const std::size_t axis : slowest_first) {
+    std::array<std::uint64_t, 3> part = chunk_;
+    const auto longest = [&](std::size_t axis) {
       const std::uint64_t rest = part[0] * part[1] * part[2] / part[axis] * conversion_.width;
-      part[axis] = std::clamp<std::uint64_t>(kShared / rest, 1, part[axis]);
+      return std::max<std::uint64_t>(kShared / rest, 1);
+    };
+    for (const std::size_t axis : slowest_first) part[axis] = std::min(part[axis], longest(axis));
+    std::array<std::uint64_t, 3> first = origin;  // of the parts, which begin where chunks do
+    for (std::size_t i = 3; i-- > 0;) {
+      const std::size_t axis = slowest_first[i];
+      const std::uint64_t in_step = axis == 2 ? origin[2] % info_.step_extent().z : origin[axis];
+      first[axis] -= in_step % part[axis];
+      const std::uint64_t chunks = (end[axis] - first[axis] + part[axis] - 1) / part[axis];
+      part[axis] *= std::min(chunks, longest(axis) / part[axis]);
     }
-    for (std::uint64_t z = origin[2]; z < end[2]; z += part[2]) {
-      for (std::uint64_t y = origin[1]; y < end[1]; y += part[1]) {
-        for (std::uint64_t x = origin[0]; x < end[0]; x += part[0]) {
-          const Extent size{std::min(part[0], end[0] - x), std::min(part[1], end[1] - y),
-                            std::min(part[2], end[2] - z)};
+    const auto next = [&](std::size_t axis, std::uint64_t at) {
+      const std::uint64_t parts = (at - first[axis]) / part[axis] + 1;
+      return std::min(first[axis] + parts * part[axis], end[axis]);
+    };
+    for (std::uint64_t z = origin[2]; z < end[2]; z = next(2, z)) {
+      for (std::uint64_t y = origin[1]; y < end[1]; y = next(1, y)) {
+        for (std::uint64_t x = origin[0]; x < end[0]; x = next(0, x)) {
+          const Extent size{next(0, x) - x, next(1, y) - y, next(2, z) - z};
           read_part(step, {{x, y, z}, size}, whole, out);
         }
       }
@@ -268,6 +286,7 @@ class Hdf5Source final : public VolumeSource {
   std::unique_ptr<Hdf5Process> process_;
   Sizes size_;  ///< of the dataset, in the order of the file
   Hdf5AxisOrder order_;
+  std::array<std::uint64_t, 3> chunk_{1, 1, 1};  ///< voxels along x, y, z
   Hdf5Conversion conversion_;
   VolumeInfo info_;
   Provenance provenance_;

@@ -235,7 +235,8 @@ void check_hdf5_storage(Hdf5Bounds& bounds, const Hdf5Dataset& dataset) {
   check_storage(bounds, dataset, 0);
 }
 
-void reopen_hdf5_dataset(Hdf5Dataset& dataset, const std::vector<int>& slow, std::size_t width) {
+std::vector<hsize_t> reopen_hdf5_dataset(Hdf5Dataset& dataset, const std::vector<int>& slow,
+                                         std::size_t width) {
   const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   const Hdf5Handle plist(H5Dget_create_plist(dataset.dataset_id.get()), H5Pclose);
   const fs::path folder = fs::absolute(dataset.file).parent_path();
@@ -261,6 +262,7 @@ void reopen_hdf5_dataset(Hdf5Dataset& dataset, const std::vector<int>& slow, std
                         H5Dclose};
   if (!dataset.dataset_id.valid())
     throw_input_error(dataset.file, dataset.position(), "a readable dataset", hdf5_reason());
+  return chunk;
 }
 
 }  // namespace cvr::volumes

@@ -13,7 +13,8 @@ void check_hdf5_storage(Hdf5Bounds& bounds, const Hdf5Dataset& dataset);
 
 /// The dataset once more, with external and virtual files looked for where check_hdf5_storage did,
 /// and with a chunk cache of one layer of chunks, one deep along the axes `slow`, of voxels of
-/// `width` bytes.
-void reopen_hdf5_dataset(Hdf5Dataset& dataset, const std::vector<int>& slow, std::size_t width);
+/// `width` bytes. Returns the extent of its chunks; empty where it has none.
+std::vector<hsize_t> reopen_hdf5_dataset(Hdf5Dataset& dataset, const std::vector<int>& slow,
+                                         std::size_t width);
 
 }  // namespace cvr::volumes

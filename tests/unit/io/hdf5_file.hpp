@@ -17,9 +17,12 @@ class Hdf5File {
 
   template <class T>
   Hdf5File& dataset(const char* name, hid_t type, const std::vector<hsize_t>& size,
-                    const std::vector<T>& values) {
+                    const std::vector<T>& values, const std::vector<hsize_t>& chunk = {}) {
     const hid_t space = H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr);
-    const hid_t data = H5Dcreate2(file_, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
+    if (!chunk.empty()) H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
+    const hid_t data = H5Dcreate2(file_, name, type, space, H5P_DEFAULT, layout, H5P_DEFAULT);
+    H5Pclose(layout);
     const hid_t memory = H5Tget_native_type(type, H5T_DIR_DEFAULT);
     if (!values.empty()) H5Dwrite(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
     H5Tclose(memory);

@@ -59,6 +59,38 @@ TEST_F(Hdf5, SignedLabelsAreCheckedNotWrapped) {
   expect_error(name + ":/bad", {"-7", "voxel (0, 0, 0)"}, VolumeKind::kLabels);
 }
 
+TEST_F(Hdf5, BoxesAreReadInPartsOfWholeChunks) {
+  const Extent e{310, 201, 150};  // 37 MB, more than is read at once
+  std::vector<std::uint32_t> labels(e.voxels());
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    labels[i] = static_cast<std::uint32_t>(i) * 0x9e3779b1u;
+  const std::vector<Box> boxes{{{0, 0, 0}, e},
+                               {{63, 49, 6}, {2, 2, 2}},
+                               {{1, 0, 3}, {309, 201, 147}},
+                               {{309, 200, 149}, {1, 1, 1}}};
+  for (const std::vector<hsize_t>& chunk : std::vector<std::vector<hsize_t>>{
+           {}, {7, 50, 64}, {150, 1, 310}, {1, 201, 310}, {150, 201, 310}}) {
+    const std::string name =
+        Hdf5File(path("v.h5"))
+            .dataset("labels", H5T_NATIVE_UINT32, {e.z, e.y, e.x}, labels, chunk)
+            .close();
+    const auto source = open_volume(name);
+    ASSERT_EQ(source->info().extent, e);
+    for (const Box& box : boxes) {
+      std::vector<std::uint32_t> found(box.size.voxels());
+      source->read(box, reinterpret_cast<std::byte*>(found.data()));
+      std::size_t differing = 0;
+      for (std::uint64_t i = 0; i < found.size(); ++i) {
+        const Coordinate at{box.origin.x + i % box.size.x,
+                            box.origin.y + i / box.size.x % box.size.y,
+                            box.origin.z + i / box.size.x / box.size.y};
+        differing += found[i] != labels[e.index(at)];
+      }
+      EXPECT_EQ(differing, 0u) << testing::PrintToString(chunk) << " " << to_string(box.size);
+    }
+  }
+}
+
 TEST_F(Hdf5, SeriesAreStacksOfSteps) {
   const std::string name =
       Hdf5File(path("a.h5"))
