@@ -33,7 +33,7 @@ chroot "$work/root" /usr/bin/env -i PATH=/usr/bin:/bin HOME=/root VK_DRIVER_FILE
   /opt/cvrbench/bin/cvrbench generate cells --size 40,40,40 --seed 1 -o a.h5
   /opt/cvrbench/bin/cvrbench encode a.h5 --codec csgvr-sb -o a.cvr
   /opt/cvrbench/bin/cvrbench error a.h5 a.cvr
-  /opt/cvrbench/bin/cvrbench render a.cvr --scene cells --size 64x36 --out a.png
+  /opt/cvrbench/bin/cvrbench render a.cvr --scene cells --size 64x36 -o a.png
   test -s a.png
   /opt/cvrbench/gpu-run out --budget 3000 --device software --config /opt/rehearsal.yaml --skip-tests
   grep -q "| cells " out/summary.md
