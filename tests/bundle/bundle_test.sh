@@ -17,9 +17,9 @@ tar -C "$work/root/opt" -xJf "$tarball"
 mv "$work"/root/opt/cvrbench-* "$work/root/opt/cvrbench"
 
 # The machine's driver: lavapipe with its own libraries, in a folder of its own.
-driver=$(ls /usr/share/vulkan/icd.d/lvp_icd*.json | head -1)
-library=$(ldconfig -p | awk '/libvulkan_lvp\.so/ {print $NF; exit}')
-[[ -n $library ]] || library=$(find /usr/lib -name 'libvulkan_lvp.so' | head -1)
+driver=$(find /usr/share/vulkan/icd.d -name 'lvp_icd*.json' -print -quit)
+library=$(ldconfig -p | awk '/libvulkan_lvp\.so/ && !n++ {print $NF}')
+[[ -n $library ]] || library=$(find /usr/lib -name 'libvulkan_lvp.so' -print -quit)
 mkdir -p "$work/root/opt/driver"
 cp -L "$library" "$work/root/opt/driver/"
 ldd "$library" | awk '$3 ~ /^\// {print $3}' | grep -v -E '/(libc|libm|libpthread|libdl|librt)\.so' | xargs -I{} cp -L {} "$work/root/opt/driver/"
