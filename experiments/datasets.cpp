@@ -314,7 +314,9 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
                                     threads)
           : volumes::open_volume(location.path,
                                  {location.info.kind, location.axes, location.allow_external});
-  if (source->info().voxel_size == location.info.voxel_size) return source;
+  if (source->info().voxel_size == location.info.voxel_size &&
+      source->info().voxel_unit == location.info.voxel_unit)
+    return source;
   return std::make_unique<SizedSource>(std::move(source), location.info);
 }
 

@@ -73,6 +73,9 @@ TEST_F(Locations, ADescriptionGivesItsVoxelSizeToVolumesThatSayNone) {
   const Location plain = locate(made, {});
   made.voxel_size = {2, 2, 2};
   EXPECT_EQ(locate(made, {}).identity, plain.identity) << "pictures are the same";
+  made.voxel_size = {1, 1, 1};
+  made.voxel_unit = "mm";
+  EXPECT_EQ(open_location(locate(made, {}), 1)->info().voxel_unit, "mm");
   made.voxel_size = {3, 1, 1};
   for (const bool exchanged : {false, true}) {
     made.exchange_axes = exchanged;
