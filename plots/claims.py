@@ -1,4 +1,4 @@
-"""Verdicts on claims: DIR/claims/*.jsonl, one object for each group of each claim (experiments/claims.hpp)."""
+"""Verdicts on claims: DIR/claims/*.jsonl, one object for each group of each claim (experiments/analysis/claims.hpp)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Quantities of rows: a value, the interval of a time, and the number of repetitions behind it.
 
-Intervals are those of the median by order statistics, as the harness defines them (experiments/statistics.hpp): of at least 95 % from six
-repetitions on; below that they are minimum and maximum, and below three there is none (experiments/reading.hpp).
+Intervals are those of the median by order statistics, as the harness defines them (experiments/analysis/statistics.hpp): of at least 95 % from six
+repetitions on; below that they are minimum and maximum, and below three there is none (experiments/analysis/reading.hpp).
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@
 #include "experiments/build_info.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/standard_output.hpp"
-#include "experiments/worker_process.hpp"
+#include "experiments/run/worker_process.hpp"
 #include "gpu/vulkan/device.hpp"
 #include "volumes/plain_text.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "experiments/datasets.hpp"
+#include "experiments/config/datasets.hpp"
 #include "volumes/error.hpp"
 #include "volumes/number_text.hpp"
 #include "volumes/plain_text.hpp"

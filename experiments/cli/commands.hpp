@@ -8,8 +8,8 @@
 
 #include "codecs/codec.hpp"
 #include "experiments/cli/app.hpp"
-#include "experiments/datasets.hpp"
-#include "experiments/rows.hpp"
+#include "experiments/config/datasets.hpp"
+#include "experiments/results/rows.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::experiments::cli {

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "experiments/cli/commands.hpp"
-#include "experiments/project_folders.hpp"
+#include "experiments/config/project_folders.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/number_text.hpp"
 #include "volumes/plain_text.hpp"

@@ -6,7 +6,7 @@
 #include "codecs/container.hpp"
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/error_sink.hpp"
+#include "volumes/metrics/error_sink.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "volumes/io/io.hpp"
 #include "volumes/plain_text.hpp"

@@ -5,7 +5,7 @@
 
 #include "codecs/registry.hpp"
 #include "experiments/cli/commands.hpp"
-#include "experiments/metrics.hpp"
+#include "experiments/analysis/metrics.hpp"
 #include "gpu/caches/cache.hpp"
 #include "gpu/vulkan/device.hpp"
 

@@ -12,7 +12,7 @@
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/tracking/history.hpp"
-#include "experiments/worker_process.hpp"
+#include "experiments/run/worker_process.hpp"
 #include "volumes/io/file.hpp"
 
 extern char** environ;

@@ -11,8 +11,8 @@
 #include <filesystem>
 
 #include "experiments/cli/commands.hpp"
-#include "experiments/table_spec.hpp"
-#include "experiments/yaml_reader.hpp"
+#include "experiments/config/table_spec.hpp"
+#include "experiments/config/yaml_reader.hpp"
 #include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {

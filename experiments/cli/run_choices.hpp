@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "experiments/cli/app.hpp"
-#include "experiments/runner.hpp"
+#include "experiments/run/runner.hpp"
 
 namespace cvr::experiments::cli {
 

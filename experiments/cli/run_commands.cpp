@@ -7,14 +7,14 @@
 #include <iostream>
 #include <set>
 
-#include "experiments/claims.hpp"
+#include "experiments/analysis/claims.hpp"
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
-#include "experiments/run_folder.hpp"
-#include "experiments/tables.hpp"
-#include "experiments/worker.hpp"
+#include "experiments/run/run_folder.hpp"
+#include "experiments/analysis/tables.hpp"
+#include "experiments/run/worker.hpp"
 #include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "codecs/registry.hpp"
-#include "experiments/error_sink.hpp"
+#include "volumes/metrics/error_sink.hpp"
 
 namespace cvr::experiments {
 

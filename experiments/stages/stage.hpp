@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "experiments/cells.hpp"
-#include "experiments/datasets.hpp"
-#include "experiments/rows.hpp"
+#include "experiments/config/cells.hpp"
+#include "experiments/config/datasets.hpp"
+#include "experiments/results/rows.hpp"
 #include "volumes/source.hpp"
 
 namespace cvr::experiments {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/config.hpp"
-#include "experiments/rows.hpp"
+#include "experiments/config/config.hpp"
+#include "experiments/results/rows.hpp"
 
 namespace cvr::experiments {
 

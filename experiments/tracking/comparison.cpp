@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "experiments/escaping.hpp"
-#include "experiments/statistics.hpp"
+#include "experiments/analysis/escaping.hpp"
+#include "experiments/analysis/statistics.hpp"
 #include "experiments/tracking/json_shape.hpp"
 #include "volumes/plain_text.hpp"
 

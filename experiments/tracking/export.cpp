@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "experiments/escaping.hpp"
-#include "experiments/statistics.hpp"
+#include "experiments/analysis/escaping.hpp"
+#include "experiments/analysis/statistics.hpp"
 #include "experiments/tracking/quantities.hpp"
 
 namespace cvr::experiments {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/rows.hpp"
+#include "experiments/results/rows.hpp"
 
 namespace cvr::experiments {
 

@@ -10,7 +10,7 @@
 #include <map>
 #include <set>
 
-#include "experiments/statistics.hpp"
+#include "experiments/analysis/statistics.hpp"
 #include "experiments/tracking/json_shape.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"

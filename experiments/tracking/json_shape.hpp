@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "experiments/rows.hpp"
+#include "experiments/results/rows.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::experiments {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/provenance.hpp"
+#include "experiments/results/provenance.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/json_text.hpp"

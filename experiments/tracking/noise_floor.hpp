@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "experiments/rows.hpp"
+#include "experiments/results/rows.hpp"
 
 namespace cvr::experiments {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "experiments/cells.hpp"
-#include "experiments/statistics.hpp"
+#include "experiments/config/cells.hpp"
+#include "experiments/analysis/statistics.hpp"
 
 namespace cvr::experiments {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "experiments/rows.hpp"
+#include "experiments/results/rows.hpp"
 
 namespace cvr::experiments {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "experiments/statistics.hpp"
+#include "experiments/analysis/statistics.hpp"
 
 namespace cvr::experiments {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "experiments/statistics.hpp"
+#include "experiments/analysis/statistics.hpp"
 
 namespace cvr::experiments {
 

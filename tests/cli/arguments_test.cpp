@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

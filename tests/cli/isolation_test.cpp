@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "child.hpp"
-#include "experiments/runner.hpp"
+#include "tests/cli/child.hpp"
+#include "experiments/run/runner.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::cli_tests {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

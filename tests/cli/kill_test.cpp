@@ -13,7 +13,7 @@
 #include <sstream>
 #include <vector>
 
-#include "child.hpp"
+#include "tests/cli/child.hpp"
 
 namespace cvr::cli_tests {
 namespace {

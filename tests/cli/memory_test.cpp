@@ -9,7 +9,7 @@
 #include <regex>
 #include <sstream>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

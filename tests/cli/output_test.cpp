@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

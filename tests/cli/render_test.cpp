@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "gpu/caches/cache.hpp"
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <thread>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 namespace {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "program.hpp"
+#include "tests/cli/program.hpp"
 
 namespace cvr::cli_tests {
 

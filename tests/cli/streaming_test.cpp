@@ -1,5 +1,5 @@
 // Volumes that do not fit into memory: commands draw them slab by slab.
-#include "streaming.hpp"
+#include "tests/cli/streaming.hpp"
 
 #include <gmock/gmock.h>
 

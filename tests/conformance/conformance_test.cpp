@@ -1,4 +1,4 @@
-// What every codec of the registry must do with every volume of the zoo, for its default parameters and the
+// What every codec of the registry must do with every sample volume, for its default parameters and the
 // corners of their ranges. No codec is named here: a new line in the registry brings all of these tests with
 // it.
 #include <gtest/gtest.h>
@@ -9,12 +9,12 @@
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::codecs {
 namespace {
 
-using zoo::Specimen;
+using samples::SampleVolume;
 
 /// Codecs may refuse a combination of legal parameters (a block larger than its chunk, a table that
 /// overflows), never the defaults.
@@ -27,18 +27,18 @@ bool is_refusal(const Error& error) {
 struct Case {
   const Codec* codec;
   Parameters parameters;
-  const Specimen* specimen;
+  const SampleVolume* sample;
   bool defaults;
 };
 
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   for (const Codec* codec : all_codecs()) {
-    const std::vector<Parameters> corners = zoo::parameter_corners(*codec);
+    const std::vector<Parameters> corners = samples::parameter_corners(*codec);
     for (const Parameters& parameters : corners) {
-      for (const Specimen& specimen : zoo::specimens()) {
-        if (zoo::accepts(*codec, specimen)) {
-          cases.push_back({codec, parameters, &specimen, &parameters == &corners.front()});
+      for (const SampleVolume& sample : samples::sample_volumes()) {
+        if (samples::accepts(*codec, sample)) {
+          cases.push_back({codec, parameters, &sample, &parameters == &corners.front()});
         }
       }
     }
@@ -46,12 +46,12 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-/// A specimen's levels of detail, made once.
-const Volume& level_of(const Specimen& specimen, unsigned lod) {
+/// A sample's levels of detail, made once.
+const Volume& level_of(const SampleVolume& sample, unsigned lod) {
   static std::map<std::string, std::vector<Volume>> made;
-  std::vector<Volume>& levels = made[specimen.name];
+  std::vector<Volume>& levels = made[sample.name];
   while (levels.size() <= lod)
-    levels.push_back(levels.empty() ? specimen.volume() : zoo::label_pyramid(levels.back(), 1));
+    levels.push_back(levels.empty() ? sample.volume() : samples::label_pyramid(levels.back(), 1));
   return levels[lod];
 }
 
@@ -116,7 +116,7 @@ std::vector<Coordinate> query_points(const Extent& e) {
   std::vector<Coordinate> points{{0, 0, 0}, {e.x - 1, e.y - 1, e.z - 1}};
   const std::uint64_t count = voxels < kAllBelow ? voxels : kSampled;
   for (std::uint64_t k = 0; k < count; ++k) {
-    const std::uint64_t i = voxels < kAllBelow ? k : zoo::random_at(43, k) % voxels;
+    const std::uint64_t i = voxels < kAllBelow ? k : samples::random_at(43, k) % voxels;
     points.push_back({i % e.x, i / e.x % e.y, i / (e.x * e.y)});
   }
   return points;
@@ -132,7 +132,7 @@ class Conformance : public testing::TestWithParam<Case> {
       GTEST_SKIP() << "refused: " << encoded_.error().message;
     FAIL() << encoded_.error().message;
   }
-  const Volume& original() const { return level_of(*GetParam().specimen, 0); }
+  const Volume& original() const { return level_of(*GetParam().sample, 0); }
   bool lossless() const { return GetParam().codec->traits().lossless; }
   std::span<const std::byte> bytes() const { return encoded_->bytes.bytes(); }
 
@@ -143,7 +143,7 @@ class Conformance : public testing::TestWithParam<Case> {
     ASSERT_TRUE(ok) << ok.error().message;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Coordinate& p = points[i];
-      ASSERT_EQ(labels[i], zoo::bits_at(level, {p.x >> lod, p.y >> lod, p.z >> lod}))
+      ASSERT_EQ(labels[i], samples::bits_at(level, {p.x >> lod, p.y >> lod, p.z >> lod}))
           << p.x << ' ' << p.y << ' ' << p.z;
     }
     EXPECT_TRUE(access.at({}, lod, {}));
@@ -249,8 +249,8 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
   const auto recorded = (*decoder)->recorded_error();
   ASSERT_EQ(recorded.has_value(), !lossless());
   if (recorded) {
-    const RecordedError found = zoo::error_of(original(), *decoded);
-    EXPECT_TRUE(zoo::keeps(*recorded, original(), *decoded))
+    const RecordedError found = samples::error_of(original(), *decoded);
+    EXPECT_TRUE(samples::keeps(*recorded, original(), *decoded))
         << "largest error " << recorded->largest << " recorded, " << found.largest << " found; mean squared error "
         << recorded->mean_squared << " recorded, " << found.mean_squared << " found";
   }
@@ -259,7 +259,7 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
 }
 
 TEST_P(Conformance, EncodesTheSameBytesForAnyThreadsAndSource) {
-  const zoo::StreamedSource streamed(original());
+  const samples::StreamedSource streamed(original());
   const volumes::MemorySource memory(original());
   for (const unsigned threads : {1u, 2u, 3u, 7u}) {
     const VolumeSource& source = threads % 2 == 1 ? static_cast<const VolumeSource&>(streamed) : memory;
@@ -287,7 +287,7 @@ TEST_P(Conformance, AllWaysOfDecodingAgree) {
     ASSERT_TRUE(whole) << whole.error().message;
     ASSERT_EQ(whole->extent(), info.extent);
     if (lossless() && (lod == 0 || info.kind == VolumeKind::kLabels)) {
-      ASSERT_TRUE(same_voxels(level_of(*GetParam().specimen, lod), *whole));
+      ASSERT_TRUE(same_voxels(level_of(*GetParam().sample, lod), *whole));
     }
     for (const auto& [threads, depth] : {std::pair{2u, 1u}, {3u, 5u}, {7u, 64u}}) {
       SlabCheck sink(info, depth);
@@ -312,7 +312,7 @@ TEST_P(Conformance, RefusesTruncatedAndChangedFiles) {
   Buffer changed;
   changed.append(bytes());
   for (std::uint64_t i = 0; i < 16; ++i) {
-    std::byte& byte = changed.data()[zoo::random_at(41, i) % changed.size()];
+    std::byte& byte = changed.data()[samples::random_at(41, i) % changed.size()];
     byte ^= std::byte{0x10};
     EXPECT_FALSE(open_file(changed.bytes()));
     byte ^= std::byte{0x10};
@@ -321,7 +321,7 @@ TEST_P(Conformance, RefusesTruncatedAndChangedFiles) {
 }
 
 std::string case_name(const testing::TestParamInfo<Case>& info) {
-  return zoo::test_name(*info.param.codec, info.param.parameters) + "_of_" + info.param.specimen->name;
+  return samples::test_name(*info.param.codec, info.param.parameters) + "_of_" + info.param.sample->name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, Conformance, testing::ValuesIn(all_cases()), case_name);
@@ -336,11 +336,11 @@ class Refusals : public testing::TestWithParam<const Codec*> {
 TEST_P(Refusals, TypesThatAreNotAccepted) {
   for (const VoxelType type : volumes::kVoxelTypes) {
     const VolumeInfo info{.extent = {3, 2, 1}, .type = type, .kind = accepted_kind(), .voxel_unit = {}};
-    if (zoo::accepts(*GetParam(), info)) continue;
+    if (samples::accepts(*GetParam(), info)) continue;
     Volume volume(info);
     std::memset(volume.data(), 0, info.bytes());
     const auto encoded =
-        codecs::encode(*GetParam(), volumes::MemorySource(volume), zoo::parameter_corners(*GetParam())[0], 1);
+        codecs::encode(*GetParam(), volumes::MemorySource(volume), samples::parameter_corners(*GetParam())[0], 1);
     ASSERT_FALSE(encoded) << name_of(type);
     EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
     EXPECT_NE(encoded.error().message.find(name_of(type)), std::string::npos) << encoded.error().message;
@@ -349,26 +349,26 @@ TEST_P(Refusals, TypesThatAreNotAccepted) {
 
 TEST_P(Refusals, LabelsByLossyCodecs) {
   if (GetParam()->traits().lossless) return;
-  for (const Specimen& specimen : zoo::specimens()) {
-    if (specimen.info.kind != VolumeKind::kLabels) continue;
-    const Volume volume = specimen.volume();
+  for (const SampleVolume& sample : samples::sample_volumes()) {
+    if (sample.info.kind != VolumeKind::kLabels) continue;
+    const Volume volume = sample.volume();
     const auto encoded =
-        codecs::encode(*GetParam(), volumes::MemorySource(volume), zoo::parameter_corners(*GetParam())[0], 1);
-    ASSERT_FALSE(encoded) << specimen.name;
+        codecs::encode(*GetParam(), volumes::MemorySource(volume), samples::parameter_corners(*GetParam())[0], 1);
+    ASSERT_FALSE(encoded) << sample.name;
     EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
   }
 }
 
 TEST_P(Refusals, NonFiniteVoxelsByLossyCodecs) {
   const VolumeInfo info{.extent = {7, 6, 5}, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}};
-  if (GetParam()->traits().lossless || !zoo::accepts(*GetParam(), info)) return;
+  if (GetParam()->traits().lossless || !samples::accepts(*GetParam(), info)) return;
   Volume volume(info);
   for (float& voxel : volume.voxels<float>()) voxel = 0.5f;
   volume.voxels<float>()[info.extent.index({3, 4, 2})] = std::numeric_limits<float>::quiet_NaN();
   volume.voxels<float>()[info.extent.index({0, 0, 4})] = -std::numeric_limits<float>::infinity();
   for (const unsigned threads : {1u, 3u}) {
     const auto encoded =
-        codecs::encode(*GetParam(), zoo::StreamedSource(volume), zoo::parameter_corners(*GetParam())[0], threads);
+        codecs::encode(*GetParam(), samples::StreamedSource(volume), samples::parameter_corners(*GetParam())[0], threads);
     ASSERT_FALSE(encoded);
     EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
     EXPECT_NE(encoded.error().message.find("found 2 "), std::string::npos) << encoded.error().message;
@@ -381,7 +381,7 @@ TEST_P(Refusals, EmptyExtents) {
     const Volume volume(
         {.extent = extent, .type = GetParam()->traits().types.front(), .kind = accepted_kind(), .voxel_unit = {}});
     const auto encoded =
-        codecs::encode(*GetParam(), volumes::MemorySource(volume), zoo::parameter_corners(*GetParam())[0], 1);
+        codecs::encode(*GetParam(), volumes::MemorySource(volume), samples::parameter_corners(*GetParam())[0], 1);
     ASSERT_FALSE(encoded) << to_string(extent);
     EXPECT_EQ(encoded.error().code, ErrorCode::kBadArgument);
   }
@@ -406,7 +406,7 @@ TEST_P(Refusals, UnknownAndMalformedParameters) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, Refusals, testing::ValuesIn(all_codecs().begin(), all_codecs().end()),
-                         [](const auto& info) { return zoo::test_name(*info.param, {}); });
+                         [](const auto& info) { return samples::test_name(*info.param, {}); });
 
 TEST(Registry, IdentifiersAreUniqueAndFound) {
   for (const Codec* codec : all_codecs()) EXPECT_EQ(find_codec(codec->traits().id), codec);

@@ -19,7 +19,7 @@
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::digest {
 namespace {
@@ -57,17 +57,17 @@ std::string digest_of(const codecs::Codec& codec, const codecs::Parameters& para
 std::vector<std::string> lines() {
   std::vector<std::string> all;
   for (const codecs::Codec* codec : codecs::all_codecs()) {
-    const auto corners = zoo::parameter_corners(*codec);
-    for (const zoo::Specimen& specimen : zoo::specimens()) {
-      if (!zoo::accepts(*codec, specimen)) continue;
-      const volumes::Volume volume = specimen.volume();
+    const auto corners = samples::parameter_corners(*codec);
+    for (const samples::SampleVolume& sample : samples::sample_volumes()) {
+      if (!samples::accepts(*codec, sample)) continue;
+      const volumes::Volume volume = sample.volume();
       for (const codecs::Parameters& parameters : corners) {
         const unsigned threads = 2 + static_cast<unsigned>(all.size() % 15);
         const std::string changes = parameters.changes(codec->parameters());
         all.push_back(fmt::format("{} {} {} {}", codec->traits().id,
-                                  changes.empty() ? "defaults" : changes, specimen.name,
+                                  changes.empty() ? "defaults" : changes, sample.name,
                                   digest_of(*codec, parameters, volume, threads)));
-        if (!kForCorners.contains(specimen.name)) break;  // the first corner is the defaults
+        if (!kForCorners.contains(sample.name)) break;  // the first corner is the defaults
       }
     }
   }

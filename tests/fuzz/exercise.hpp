@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "codecs/container.hpp"
-#include "tests/zoo/decode_texts.hpp"
+#include "tests/samples/shared_decoders.hpp"
 
 namespace cvr::fuzz {
 
@@ -37,7 +37,7 @@ inline bool exercise_gpu(const codecs::Decoder& decoder, const volumes::VolumeIn
   if (info.bytes() > kLargestLevel) return true;
   const auto encoding = decoder.gpu_encoding(0, 1);
   if (!encoding) return encoding.error().code == codecs::ErrorCode::kUnsupported;
-  const zoo::DecodeText text(*encoding, info);
+  const samples::DecodeText text(*encoding, info);
   const volumes::Extent grid = text.grid();
   for (const volumes::Coordinate& brick : {volumes::Coordinate{0, 0, 0}, {grid.x - 1, grid.y - 1, grid.z - 1}}) {
     text.label(text.root(brick));

@@ -1,7 +1,7 @@
 // The input of the target `payload`: eight bytes that choose what the envelope would say, then the
 // payload.
 //
-//   0  which of zoo::parameter_corners        1  which voxel type of the codec; 128 and above: scalars where both kinds are legal
+//   0  which of samples::parameter_corners        1  which voxel type of the codec; 128 and above: scalars where both kinds are legal
 //   2  3  4  extent x, y, z, less one, modulo 40   5  time steps, less one, where they divide z   6  7  nothing
 #pragma once
 
@@ -9,7 +9,7 @@
 
 #include "codecs/codec.hpp"
 #include "tests/fuzz/target.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::fuzz {
 

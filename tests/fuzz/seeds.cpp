@@ -48,13 +48,13 @@ std::string read(const fs::path& path) {
 void add_encodings(Seeds& seeds) {
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     const std::string id(codec->traits().id);
-    const auto corners = zoo::parameter_corners(*codec);
-    for (const zoo::Specimen& specimen : zoo::specimens()) {
-      const volumes::Extent& e = specimen.info.extent;
-      if (!zoo::accepts(*codec, specimen) || std::max({e.x, e.y, e.z}) > kLargestSide ||
+    const auto corners = samples::parameter_corners(*codec);
+    for (const samples::SampleVolume& sample : samples::sample_volumes()) {
+      const volumes::Extent& e = sample.info.extent;
+      if (!samples::accepts(*codec, sample) || std::max({e.x, e.y, e.z}) > kLargestSide ||
           e.voxels() > 6000)
         continue;
-      const volumes::Volume volume = specimen.volume();
+      const volumes::Volume volume = sample.volume();
       // All corners of the small volumes that have room for several blocks; of the others the
       // defaults.
       const bool all_corners = e.voxels() >= 200 && e.voxels() <= 1000;
@@ -63,9 +63,9 @@ void add_encodings(Seeds& seeds) {
             codecs::encode(*codec, volumes::MemorySource(volume), corners[corner], 1);
         if (!encoded || encoded->bytes.size() > kLargestSeed)
           continue;  // a corner that does not suit the volume
-        const std::string name = fmt::format("{}.{}.{}", id, corner, specimen.name);
+        const std::string name = fmt::format("{}.{}.{}", id, corner, sample.name);
         const auto file = codecs::open_file(encoded->bytes.bytes()).value();
-        const auto choices = choices_of(*codec, corner, specimen.info);
+        const auto choices = choices_of(*codec, corner, sample.info);
         std::string payload(reinterpret_cast<const char*>(choices.data()), choices.size());
         payload += std::string_view(reinterpret_cast<const char*>(file.stream.payload.data()),
                                     file.stream.payload.size());
@@ -81,12 +81,12 @@ void add_encodings(Seeds& seeds) {
 }
 
 void add_volume_files(Seeds& seeds, const fs::path& scratch) {
-  for (const zoo::Specimen& specimen : zoo::specimens()) {
-    if (specimen.info.bytes() > 3000) continue;
-    const volumes::Volume volume = specimen.volume();
+  for (const samples::SampleVolume& sample : samples::sample_volumes()) {
+    if (sample.info.bytes() > 3000) continue;
+    const volumes::Volume volume = sample.volume();
     for (const auto& [target, ending] :
          {std::pair{"hdf5", ".h5"}, {"nrrd", ".nrrd"}, {"nifti", ".nii"}, {"nifti", ".nii.gz"}}) {
-      const fs::path path = scratch / (specimen.name + ending);
+      const fs::path path = scratch / (sample.name + ending);
       try {
         volumes::write_volume(path.string(), volumes::MemorySource(volume));
         seeds.add(target, path.filename().string(), read(path));
@@ -94,13 +94,13 @@ void add_volume_files(Seeds& seeds, const fs::path& scratch) {
       }
     }
     try {
-      const fs::path raw = scratch / (specimen.name + ".raw");
+      const fs::path raw = scratch / (sample.name + ".raw");
       volumes::write_volume(raw.string(), volumes::MemorySource(volume));
       const std::string sidecar = read(raw.string() + ".yaml");
-      seeds.add("raw_sidecar", specimen.name, static_cast<char>(specimen.info.bytes()) + sidecar);
-      const fs::path nhdr = scratch / (specimen.name + ".nhdr");
+      seeds.add("raw_sidecar", sample.name, static_cast<char>(sample.info.bytes()) + sidecar);
+      const fs::path nhdr = scratch / (sample.name + ".nhdr");
       volumes::write_volume(nhdr.string(), volumes::MemorySource(volume));
-      seeds.add("nhdr", specimen.name, read(nhdr));
+      seeds.add("nhdr", sample.name, read(nhdr));
     } catch (const volumes::InputError&) {
     }
   }

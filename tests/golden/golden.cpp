@@ -14,27 +14,27 @@ using volumes::VoxelType;
 
 namespace {
 
-zoo::Specimen labels(std::string name, const Extent& extent, VoxelType type, std::function<std::uint64_t(const Coordinate&)> label) {
+samples::SampleVolume labels(std::string name, const Extent& extent, VoxelType type, std::function<std::uint64_t(const Coordinate&)> label) {
   const VolumeInfo info{.extent = extent, .type = type, .voxel_size = {8, 8, 30}, .voxel_unit = "nm"};
-  return {std::move(name), info, [info, label = std::move(label)] { return zoo::make_labels(info, label); }};
+  return {std::move(name), info, [info, label = std::move(label)] { return samples::make_labels(info, label); }};
 }
 
 /// A smooth bump with a step.
-zoo::Specimen bump(const Extent& extent) {
+samples::SampleVolume bump(const Extent& extent) {
   const VolumeInfo info{.extent = extent, .type = VoxelType::kU8, .kind = VolumeKind::kScalars, .voxel_unit = {}};
   return {"bump_u8", info,
-          [info] { return zoo::make_labels(info, [](const Coordinate& c) { return c.x * (12 - c.x) + 5 * c.y + (c.z > 6 ? 90 : 0); }); }};
+          [info] { return samples::make_labels(info, [](const Coordinate& c) { return c.x * (12 - c.x) + 5 * c.y + (c.z > 6 ? 90 : 0); }); }};
 }
 
 /// The bump moves on by a voxel each step, and the last step is of one value.
-zoo::Specimen moving_bump(const Extent& step, std::uint64_t steps) {
+samples::SampleVolume moving_bump(const Extent& step, std::uint64_t steps) {
   const VolumeInfo info{.extent = {step.x, step.y, step.z * steps},
                         .type = VoxelType::kU8,
                         .kind = VolumeKind::kScalars,
                         .voxel_unit = {},
                         .time_steps = steps};
   return {"moving_bump_u8", info, [info] {
-            return zoo::make_labels(info, [depth = info.step_extent().z, steps = info.time_steps](const Coordinate& c) {
+            return samples::make_labels(info, [depth = info.step_extent().z, steps = info.time_steps](const Coordinate& c) {
               const std::uint64_t t = c.z / depth, x = c.x + t;
               return t + 1 == steps ? 200 : x * (14 - x) + 5 * c.y + (c.z % depth > 3 ? 90 : 0);
             });
@@ -42,7 +42,7 @@ zoo::Specimen moving_bump(const Extent& step, std::uint64_t steps) {
 }
 
 /// Exact in float: no rounding that a compiler could do otherwise.
-zoo::Specimen scalars(const Extent& extent) {
+samples::SampleVolume scalars(const Extent& extent) {
   const VolumeInfo info{.extent = extent, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}};
   return {"ramp_f32", info, [info] {
             Volume volume(info);
@@ -56,13 +56,13 @@ zoo::Specimen scalars(const Extent& extent) {
 
 const std::vector<GoldenVolume>& golden_volumes() {
   static const std::vector<GoldenVolume> kVolumes{
-      {labels("cells_u16", {9, 7, 11}, VoxelType::kU16, zoo::voronoi({9, 7, 11}, 12, 51)), 12456754666963158427u},
+      {labels("cells_u16", {9, 7, 11}, VoxelType::kU16, samples::voronoi({9, 7, 11}, 12, 51)), 12456754666963158427u},
       {labels("large_ids_u64", {5, 7, 6}, VoxelType::kU64,
-              [](const Coordinate& c) { return zoo::random_at(53, c.x / 2 + 3 * (c.y / 3) + 9 * (c.z / 4)); }),
+              [](const Coordinate& c) { return samples::random_at(53, c.x / 2 + 3 * (c.y / 3) + 9 * (c.z / 4)); }),
        11167188199133396875u},
       {labels("salted_sheets_u8", {15, 5, 13}, VoxelType::kU8,
               [](const Coordinate& c) {
-                const std::uint64_t noise = zoo::random_at(55, Extent{15, 5, 13}.index(c));
+                const std::uint64_t noise = samples::random_at(55, Extent{15, 5, 13}.index(c));
                 return noise % 31 == 0 ? noise >> 32 : (c.x + c.y + c.z) / 4;
               }),
        8435225709312139446u},
@@ -91,7 +91,7 @@ codecs::Parameters golden_parameters(const codecs::Codec& codec, const std::vect
 }
 
 std::string golden_path(const codecs::Codec& codec, const GoldenVolume& volume, const codecs::Parameters& parameters) {
-  return std::string(CVR_SOURCE_DIR "/tests/golden/data/") + zoo::test_name(codec, parameters) + '.' + volume.specimen.name + ".cvr";
+  return std::string(CVR_SOURCE_DIR "/tests/golden/data/") + samples::test_name(codec, parameters) + '.' + volume.sample.name + ".cvr";
 }
 
 }  // namespace cvr::golden

@@ -17,12 +17,12 @@
 #include <vector>
 
 #include "codecs/container.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::golden {
 
 struct GoldenVolume {
-  zoo::Specimen specimen;
+  samples::SampleVolume sample;
   std::uint64_t hash;  ///< XXH3-64 of the voxels: checked before any stream is
 };
 

@@ -28,7 +28,7 @@ std::vector<Case> all_cases() {
   std::vector<Case> cases;
   for (const Codec* codec : codecs::all_codecs()) {
     for (const GoldenVolume& volume : golden_volumes()) {
-      if (zoo::accepts(*codec, volume.specimen)) cases.push_back({codec, &volume});
+      if (samples::accepts(*codec, volume.sample)) cases.push_back({codec, &volume});
     }
     if (!knows_time(*codec)) continue;
     for (const char* books : {"books=step", "books=shared"}) cases.push_back({codec, &golden_series(), {books}});
@@ -48,8 +48,8 @@ TEST(GoldenInput, VoxelsAreTheOnesThatTheFilesWereMadeOf) {
   std::vector<const GoldenVolume*> all{&golden_series()};
   for (const GoldenVolume& volume : golden_volumes()) all.push_back(&volume);
   for (const GoldenVolume* volume : all) {
-    const volumes::Volume made = volume->specimen.volume();
-    EXPECT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << volume->specimen.name;
+    const volumes::Volume made = volume->sample.volume();
+    EXPECT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << volume->sample.name;
   }
 }
 
@@ -57,7 +57,7 @@ class Golden : public testing::TestWithParam<Case> {};
 
 TEST_P(Golden, EncodesToTheFile) {
   const auto& [codec, volume, assignments] = GetParam();
-  const volumes::Volume made = volume->specimen.volume();
+  const volumes::Volume made = volume->sample.volume();
   ASSERT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << "the input itself has changed";
   const auto encoded = codecs::encode(*codec, volumes::MemorySource(made), GetParam().parameters(), 1);
   ASSERT_TRUE(encoded) << encoded.error().message;
@@ -76,7 +76,7 @@ TEST_P(Golden, EncodesToTheFile) {
 
 TEST_P(Golden, FileDecodesToTheVolume) {
   const auto& [codec, volume, assignments] = GetParam();
-  const volumes::Volume made = volume->specimen.volume();
+  const volumes::Volume made = volume->sample.volume();
   const std::vector<char> file = read_file(GetParam().path());
   const auto opened = codecs::open_file(bytes_of(file));
   ASSERT_TRUE(opened) << opened.error().message;
@@ -87,14 +87,14 @@ TEST_P(Golden, FileDecodesToTheVolume) {
   EXPECT_EQ(decoded->info().time_steps, made.info().time_steps);
   if (!codec->traits().lossless) {
     const auto recorded = codecs::open_decoder(*opened).value()->recorded_error();
-    EXPECT_TRUE(recorded && zoo::keeps(*recorded, made, *decoded));
+    EXPECT_TRUE(recorded && samples::keeps(*recorded, made, *decoded));
     return;
   }
   EXPECT_EQ(std::memcmp(decoded->data(), made.data(), made.info().bytes()), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, Golden, testing::ValuesIn(all_cases()), [](const auto& info) {
-  std::string name = zoo::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->specimen.name;
+  std::string name = samples::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->sample.name;
   for (const std::string& assignment : info.param.assignments) name += '_' + assignment.substr(assignment.find('=') + 1);
   return name;
 });

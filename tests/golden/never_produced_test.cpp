@@ -8,7 +8,7 @@
 #include "codecs/bytes.hpp"
 #include "codecs/registry.hpp"
 #include "codecs/succinct/bit_vector.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::golden {
 namespace {
@@ -184,7 +184,7 @@ Buffer encoded(std::string_view id, const Volume& volume) {
 }
 
 TEST(NeverProducedWaveletMatrices, EveryChangedWordOfAConstantBrickIsRefused) {
-  const Volume volume = zoo::make_labels(kBrickInfo, [](auto&) { return 5; });
+  const Volume volume = samples::make_labels(kBrickInfo, [](auto&) { return 5; });
   const Buffer good = encoded("csgvr-sb", volume);
   expect_constant(decode("csgvr-sb", {}, kBrickInfo, good), 5);
   constexpr std::size_t kBrickAt = 24;
@@ -204,7 +204,7 @@ TEST(NeverProducedWaveletMatrices, EveryChangedWordOfAConstantBrickIsRefused) {
 
 TEST(NeverProducedWaveletMatrices, StopBitsOfTheFinestLevelAreNotRead) {
   const Volume volume =
-      zoo::make_labels(kBrickInfo, [](const auto& c) { return zoo::random_at(1, c.x / 3 + 9 * c.y) % 5; });
+      samples::make_labels(kBrickInfo, [](const auto& c) { return samples::random_at(1, c.x / 3 + 9 * c.y) % 5; });
   Buffer bytes = encoded("csgvr-sb", volume);
   auto* words = reinterpret_cast<std::uint32_t*>(bytes.data() + 24);
   const std::size_t count = (bytes.size() - 24) / 4;
@@ -224,7 +224,7 @@ TEST(NeverProducedWaveletMatrices, StopBitsOfTheFinestLevelAreNotRead) {
 }
 
 TEST(NeverProducedRans, IllegalTablesAndStreamsAreRefused) {
-  const Volume volume = zoo::make_labels(kBrickInfo, [](const auto& c) { return (c.x + c.y + c.z) / 3; });
+  const Volume volume = samples::make_labels(kBrickInfo, [](const auto& c) { return (c.x + c.y + c.z) / 3; });
   const Buffer good = encoded("csgv-rans", volume);
   ASSERT_TRUE(decode("csgv-rans", {}, kBrickInfo, good));
   const auto changed = [&](std::size_t at, std::uint16_t value) {

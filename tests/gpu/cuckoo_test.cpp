@@ -6,12 +6,12 @@
 #include <set>
 
 #include "tests/gpu/drawing.hpp"
-#include "tests/zoo/cuckoo.hpp"
+#include "tests/samples/cuckoo.hpp"
 
 namespace cvr::gpu_tests {
 namespace {
 
-using zoo::CuckooCell;
+using samples::CuckooCell;
 
 constexpr std::uint32_t kSide = 64, kBrick = 16;
 constexpr std::uint32_t kMarker = 7, kFirstLabel = 100;
@@ -118,13 +118,13 @@ class Row {
 
  private:
   std::unique_ptr<gpu::Renderer> cached_, direct_;
-  zoo::CuckooTable table_;
+  samples::CuckooTable table_;
   std::set<std::uint32_t> shown_;
   Counts predicted_;
 };
 
 TEST(CuckooTable, CellsThatPushEachOtherAboutStayRight) {
-  const auto found = zoo::find_eviction(free_cells(), kLeastEntries);
+  const auto found = samples::find_eviction(free_cells(), kLeastEntries);
   ASSERT_TRUE(found);
   const auto& [a, b, c, d] = *found;
   for (const std::string codec : {"raw", "csgvr-sb"}) {
@@ -150,7 +150,7 @@ TEST(CuckooTable, CellsThatPushEachOtherAboutStayRight) {
 }
 
 TEST(CuckooTable, AWrongLabelByACollisionOfKeysIsCounted) {
-  const auto found = zoo::find_key_collision(free_cells(), kLeastEntries);
+  const auto found = samples::find_key_collision(free_cells(), kLeastEntries);
   ASSERT_TRUE(found);
   Row row("raw", found->size, {found->a});
   EXPECT_EQ(row.predict(found->a), label_at(found->a));

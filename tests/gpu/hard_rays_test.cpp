@@ -4,7 +4,7 @@
 
 #include "gpu/reference/reference.hpp"
 #include "tests/gpu/drawing.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::gpu_tests {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 /// Labels differ from voxel to voxel, so that a wrong step shows; one in three is invisible.
 volumes::Volume speckled(const volumes::Extent& extent, std::array<double, 3> voxel_size = {1, 1, 1}) {
   volumes::VolumeInfo info{.extent = extent, .type = volumes::VoxelType::kU16, .voxel_size = voxel_size};
-  return zoo::make_labels(info, [](const volumes::Coordinate& c) { return 1 + (c.x * 7 + c.y * 13 + c.z * 29 + c.x * c.y) % 30; });
+  return samples::make_labels(info, [](const volumes::Coordinate& c) { return 1 + (c.x * 7 + c.y * 13 + c.z * 29 + c.x * c.y) % 30; });
 }
 
 void expect_equal(const volumes::Volume& volume, const gpu::Camera& camera, const std::string& what, std::uint32_t brick = 16,

@@ -8,7 +8,7 @@
 #include "gpu/scalars/reference.hpp"
 #include "gpu/scalars/renderer.hpp"
 #include "tests/gpu/drawing.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::gpu_tests {
 namespace {
@@ -28,7 +28,7 @@ Volume blobs(const Extent& extent, VoxelType type, std::array<double, 3> voxel_s
   const auto value = [&](std::uint64_t i) {
     const double x = static_cast<double>(i % extent.x), y = static_cast<double>(i / extent.x % extent.y),
                  z = static_cast<double>(i / extent.x / extent.y);
-    const double noise = static_cast<double>(zoo::random_at(5, i) % 1000) / 1000;
+    const double noise = static_cast<double>(samples::random_at(5, i) % 1000) / 1000;
     return 0.5 + 0.3 * std::sin(0.7 * x) * std::cos(0.5 * y + 0.2) * std::sin(0.6 * z + 1) + 0.1 * noise;
   };
   for (std::uint64_t i = 0; i < extent.voxels(); ++i) {

@@ -19,7 +19,7 @@
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 #include "volumes/generators/generator.hpp"
 
 namespace cvr::codecs {
@@ -61,7 +61,7 @@ const std::vector<Adversary>& adversaries() {
       {"DistinctScrambled", VoxelType::kU32,
        [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c))}; }},
       {"DistinctWide", VoxelType::kU64,
-       [](const Coordinate& c) { return zoo::random_at(3, index_of(c)); }},
+       [](const Coordinate& c) { return samples::random_at(3, index_of(c)); }},
       // Multiples of the sizes that hash tables of the standard library take: one bucket for all.
       {"DistinctMultiplesOfAPrime", VoxelType::kU64,
        [](const Coordinate& c) { return (index_of(c) + 1) * std::uint64_t{1447153} * 1048576; }},
@@ -71,10 +71,10 @@ const std::vector<Adversary>& adversaries() {
        }},
       {"TwoExtremesNoise", VoxelType::kU32,
        [](const Coordinate& c) {
-         return zoo::random_at(5, index_of(c)) % 2 == 0 ? std::uint64_t{kLargest} : 0;
+         return samples::random_at(5, index_of(c)) % 2 == 0 ? std::uint64_t{kLargest} : 0;
        }},
       {"AllExtremesNoise", VoxelType::kU32,
-       [](const Coordinate& c) { return kLargest - zoo::random_at(7, index_of(c)) % 256; }},
+       [](const Coordinate& c) { return kLargest - samples::random_at(7, index_of(c)) % 256; }},
       // Every label is the one of the neighbour below along x, then y, then z: references lead from
       // one corner to the other.
       {"Staircase", VoxelType::kU32,
@@ -85,11 +85,11 @@ const std::vector<Adversary>& adversaries() {
        [](const Coordinate& c) { return std::uint64_t{scramble(index_of(c) % 30011)}; }},
       // Flat and degenerate counts of operations.
       {"FlatCounts", VoxelType::kU16,
-       [](const Coordinate& c) { return zoo::random_at(11, index_of(c)) % 3; }},
+       [](const Coordinate& c) { return samples::random_at(11, index_of(c)) % 3; }},
       {"OneVoxelDiffers", VoxelType::kU16,
        [](const Coordinate& c) { return std::uint64_t{index_of(c) == 12345}; }},
       {"NoiseOfBytes", VoxelType::kU8,
-       [](const Coordinate& c) { return zoo::random_at(13, index_of(c)) % 256; }},
+       [](const Coordinate& c) { return samples::random_at(13, index_of(c)) % 256; }},
       // Labels that multiplicative hashing brings together: products with 2^32 / phi that differ in
       // their high bits alone.
       {"HashesTogether", VoxelType::kU32,
@@ -131,7 +131,7 @@ const Volume& ordinary(VoxelType type) {
     const auto source = volumes::make_generator("cells", kExtent, 1, {}, 2);
     const Volume cells = volumes::read_all(*source);
     made.emplace(
-        type, zoo::make_labels(info_of(type), [&](const Coordinate& c) { return cells.label(c); }));
+        type, samples::make_labels(info_of(type), [&](const Coordinate& c) { return cells.label(c); }));
   }
   return made.at(type);
 }
@@ -164,7 +164,7 @@ TEST_P(Adversaries, AreExactAndBoundedInTime) {
       if (timed && !usual.contains(adversary.type))
         usual[adversary.type] =
             encoding_seconds(codec, ordinary(adversary.type), parameters, 0, encoded);
-      const Volume volume = zoo::make_labels(info, adversary.label);
+      const Volume volume = samples::make_labels(info, adversary.label);
       const double enough =
           timed ? kSlowest * usual[adversary.type] / 2 : std::numeric_limits<double>::max();
       const double seconds = encoding_seconds(codec, volume, parameters, enough, encoded);

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::property {
 
@@ -23,10 +23,10 @@ inline volumes::Volume arbitrary_labels(volumes::VoxelType type, const volumes::
   const auto labels = *rc::gen::element<std::uint64_t>(1, 2, 3, 17, 300, 1u << 20);
   const auto cell = *rc::gen::element<std::uint64_t>(1, 1, 2, 3, 5, 8);
   const bool anywhere = *rc::gen::arbitrary<bool>();
-  return zoo::make_labels(info, [=](const volumes::Coordinate& c) {
+  return samples::make_labels(info, [=](const volumes::Coordinate& c) {
     const std::uint64_t label =
-        zoo::random_at(seed, (c.x / cell) + ((c.y / cell) << 16) + ((c.z / cell) << 32)) % labels;
-    return anywhere ? zoo::random_at(seed + 1, label) : label;
+        samples::random_at(seed, (c.x / cell) + ((c.y / cell) << 16) + ((c.z / cell) << 32)) % labels;
+    return anywhere ? samples::random_at(seed + 1, label) : label;
   });
 }
 
@@ -41,7 +41,7 @@ inline volumes::Volume arbitrary_scalars(volumes::VoxelType type, const volumes:
     const auto voxels = volume.voxels<T>();
     for (std::uint64_t i = 0; i < voxels.size(); ++i) {
       const std::uint64_t x = i % extent.x, y = i / extent.x % extent.y, z = i / (extent.x * extent.y);
-      const std::uint64_t random = zoo::random_at(seed, (x / cell) + ((y / cell) << 16) + ((z / cell) << 32)) >> (40 + narrow);
+      const std::uint64_t random = samples::random_at(seed, (x / cell) + ((y / cell) << 16) + ((z / cell) << 32)) >> (40 + narrow);
       if constexpr (std::is_floating_point_v<T>) {
         voxels[i] = std::ldexp(static_cast<float>(random) - 2e3f, exponent);
       } else {

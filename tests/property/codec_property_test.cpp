@@ -76,7 +76,7 @@ TEST_P(CodecProperty, EveryLevelAndEveryVoxelOfEveryVolume) {
     const auto file = codecs::open_file(encoded->bytes.bytes()).value();
     const auto decoder = codecs::open_decoder(file).value();
     const unsigned lod = *rc::gen::inRange(0u, decoder->levels());
-    const Volume expected = zoo::label_pyramid(volume, lod);
+    const Volume expected = samples::label_pyramid(volume, lod);
     const Volume found = codecs::decode(encoded->bytes.bytes(), lod, threads).value();
     RC_ASSERT(found.extent() == expected.extent());
     RC_ASSERT(std::memcmp(found.data(), expected.data(), expected.info().bytes()) == 0);
@@ -109,12 +109,12 @@ TEST_P(LossyCodecProperty, RecordedErrorIsThatOfEveryVolume) {
     const auto decoder = codecs::open_decoder(file).value();
     const Volume found = codecs::decode(encoded->bytes.bytes(), 0, threads).value();
     RC_ASSERT(found.info().time_steps == volume.info().time_steps);
-    RC_ASSERT(zoo::keeps(decoder->recorded_error().value(), volume, found));
+    RC_ASSERT(samples::keeps(decoder->recorded_error().value(), volume, found));
     if (const codecs::VoxelAccess* access = decoder->voxel_access()) {
       const Coordinate c = arbitrary_voxel(volume.extent());
       std::uint64_t bits = 0;
       RC_ASSERT(access->at({&c, 1}, 0, {&bits, 1}).has_value());
-      RC_ASSERT(bits == zoo::bits_at(found, c));
+      RC_ASSERT(bits == samples::bits_at(found, c));
     }
   };
   check(codec, "keeps the recorded error", property);
@@ -128,7 +128,7 @@ std::vector<const Codec*> codecs_that_are(bool lossless) {
   return chosen;
 }
 
-std::string name_of_case(const testing::TestParamInfo<const Codec*>& info) { return zoo::test_name(*info.param, {}); }
+std::string name_of_case(const testing::TestParamInfo<const Codec*>& info) { return samples::test_name(*info.param, {}); }
 
 INSTANTIATE_TEST_SUITE_P(Registry, CodecProperty, testing::ValuesIn(codecs_that_are(true)), name_of_case);
 INSTANTIATE_TEST_SUITE_P(Registry, LossyCodecProperty, testing::ValuesIn(codecs_that_are(false)), name_of_case);

@@ -28,7 +28,7 @@ std::vector<bool> arbitrary_bits() {
   const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1u << 20);
   const auto density = *rc::gen::element<std::uint64_t>(0, 1, 30, 128, 255, 256);
   std::vector<bool> bits(size);
-  for (std::uint64_t i = 0; i < size; ++i) bits[i] = zoo::random_at(seed, i) % 256 < density;
+  for (std::uint64_t i = 0; i < size; ++i) bits[i] = samples::random_at(seed, i) % 256 < density;
   return bits;
 }
 
@@ -166,11 +166,11 @@ RansCase arbitrary_symbols() {
   const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1u << 20);
   const auto skew = *rc::gen::element<std::uint64_t>(1, 2, 20, 5000);
   for (std::size_t i = 0; i < size; ++i) {
-    const std::uint64_t r = zoo::random_at(seed, i);
+    const std::uint64_t r = samples::random_at(seed, i);
     c.symbols.push_back(alphabet[r % skew == 0 ? r / skew % alphabet.size() : 0]);
   }
   const auto counting = *rc::gen::inRange(0, 3);
-  for (unsigned s = 0; s < 16; ++s) c.counts[s] = counting == 1 ? zoo::random_at(seed + 1, s) >> 14 : 0;
+  for (unsigned s = 0; s < 16; ++s) c.counts[s] = counting == 1 ? samples::random_at(seed + 1, s) >> 14 : 0;
   if (counting == 2) {
     for (const std::uint8_t s : c.symbols) ++c.counts[s];
   }

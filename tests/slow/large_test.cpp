@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "tests/unit/tvq/coded.hpp"
+#include "tests/unit/codecs/tvq/coded.hpp"
 
 namespace cvr::codecs::tvq {
 namespace {
@@ -13,7 +13,7 @@ class ProceduralSource final : public volumes::VolumeSource {
   static constexpr Extent kExtent{4096, 4096, 132};
   static constexpr std::uint64_t kSteps = 33, kRun = 512;  // blocks of a kind come in runs along x
   static std::uint8_t value(const Coordinate& c) {
-    return zoo::random_at(c.z / 4, c.x / kRun + 8 * (c.y / 4)) % 2 == 0 ? std::uint8_t{0} : std::uint8_t{200};
+    return samples::random_at(c.z / 4, c.x / kRun + 8 * (c.y / 4)) % 2 == 0 ? std::uint8_t{0} : std::uint8_t{200};
   }
   const VolumeInfo& info() const override { return info_; }
   void read(const volumes::Box& box, std::byte* out) const override {

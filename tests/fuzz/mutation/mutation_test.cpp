@@ -21,7 +21,7 @@
 #include "tests/fuzz/envelope.hpp"
 #include "tests/fuzz/exercise.hpp"
 #include "tests/fuzz/watch.hpp"
-#include "tests/zoo/zoo.hpp"
+#include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::fuzz {
 namespace {
@@ -43,7 +43,7 @@ constexpr std::array kDamageNames{"bit flips", "truncations", "splices", "lying 
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : seed_(seed) {}
-  std::uint64_t roll(std::uint64_t sides) { return zoo::random_at(seed_, next_++) % sides; }
+  std::uint64_t roll(std::uint64_t sides) { return samples::random_at(seed_, next_++) % sides; }
 
  private:
   std::uint64_t seed_;
@@ -155,10 +155,10 @@ class Mutation : public testing::TestWithParam<const Codec*> {
                              "brick_part_outside_u8", "extreme_scalars_i16",
                              "nan_inf_zeros_denormals_f32", "noise_of_scalars_u8",
                              "scalars_of_60_decades_f32", "series_of_3_u16", "series_of_4_u8"}) {
-      const zoo::Specimen& specimen = zoo::specimen(name);
-      if (!zoo::accepts(*GetParam(), specimen)) continue;
-      const volumes::Volume volume = specimen.volume();
-      for (const Parameters& parameters : zoo::parameter_corners(*GetParam())) {
+      const samples::SampleVolume& sample = samples::sample(name);
+      if (!samples::accepts(*GetParam(), sample)) continue;
+      const volumes::Volume volume = sample.volume();
+      for (const Parameters& parameters : samples::parameter_corners(*GetParam())) {
         const auto encoded =
             codecs::encode(*GetParam(), volumes::MemorySource(volume), parameters, 1);
         if (!encoded) continue;  // a corner that does not suit the volume
@@ -166,7 +166,7 @@ class Mutation : public testing::TestWithParam<const Codec*> {
         const auto opened = codecs::open_file(bytes);
         ASSERT_TRUE(opened) << opened.error().message;
         const auto payload = opened->stream.payload;
-        encodings_.push_back({specimen.info,
+        encodings_.push_back({sample.info,
                               parameters,
                               {bytes.begin(), bytes.end()},
                               {payload.begin(), payload.end()}});
@@ -176,7 +176,7 @@ class Mutation : public testing::TestWithParam<const Codec*> {
   }
   /// Walks all encodings, whatever share of them is asked for.
   const Encoding& encoding(std::uint64_t k) const {
-    return encodings_[zoo::random_at(91, k) % encodings_.size()];
+    return encodings_[samples::random_at(91, k) % encodings_.size()];
   }
 
   std::vector<Encoding> encodings_;
@@ -242,10 +242,10 @@ TEST_P(Mutation, EveryTruncationOfAFileIsRefused) {
 }
 
 TEST(OpenFile, RefusesLabelsOfSignedOrFloatingType) {
-  const volumes::Volume volume = zoo::specimen("extreme_scalars_i16").volume();
+  const volumes::Volume volume = samples::sample("extreme_scalars_i16").volume();
   const Codec& codec = *codecs::all_codecs().front();
   const auto encoded =
-      codecs::encode(codec, volumes::MemorySource(volume), zoo::parameter_corners(codec)[0], 1)
+      codecs::encode(codec, volumes::MemorySource(volume), samples::parameter_corners(codec)[0], 1)
           .value();
   Bytes bytes(encoded.bytes.bytes().begin(), encoded.bytes.bytes().end());
   constexpr std::size_t kKindAt = 45;
@@ -258,10 +258,10 @@ TEST(OpenFile, RefusesLabelsOfSignedOrFloatingType) {
 }
 
 TEST(OpenFile, RefusesBytesOutOfAlignment) {
-  const volumes::Volume volume = zoo::specimen("odd_sides_5x7x9_u16").volume();
+  const volumes::Volume volume = samples::sample("odd_sides_5x7x9_u16").volume();
   const Codec& codec = *codecs::all_codecs().front();
   const auto encoded =
-      codecs::encode(codec, volumes::MemorySource(volume), zoo::parameter_corners(codec)[0], 1)
+      codecs::encode(codec, volumes::MemorySource(volume), samples::parameter_corners(codec)[0], 1)
           .value();
   Bytes shifted(1);
   shifted.insert(shifted.end(), encoded.bytes.bytes().begin(), encoded.bytes.bytes().end());
@@ -271,10 +271,10 @@ TEST(OpenFile, RefusesBytesOutOfAlignment) {
 }
 
 TEST(RepairedEnvelope, ReachesTheCodec) {
-  const volumes::Volume volume = zoo::specimen("odd_sides_5x7x9_u16").volume();
+  const volumes::Volume volume = samples::sample("odd_sides_5x7x9_u16").volume();
   const Codec& codec = *codecs::all_codecs().front();
   const auto encoded =
-      codecs::encode(codec, volumes::MemorySource(volume), zoo::parameter_corners(codec)[0], 1)
+      codecs::encode(codec, volumes::MemorySource(volume), samples::parameter_corners(codec)[0], 1)
           .value();
   Bytes bytes(encoded.bytes.bytes().begin(), encoded.bytes.bytes().end());
   bytes.back() ^= std::byte{1};
@@ -299,7 +299,7 @@ TEST(AllocationWatch, SeesWhatIsHeld) {
 INSTANTIATE_TEST_SUITE_P(Registry, Mutation,
                          testing::ValuesIn(codecs::all_codecs().begin(),
                                            codecs::all_codecs().end()),
-                         [](const auto& info) { return zoo::test_name(*info.param, {}); });
+                         [](const auto& info) { return samples::test_name(*info.param, {}); });
 
 }  // namespace
 }  // namespace cvr::fuzz

@@ -1,5 +1,5 @@
 // A file of data set descriptions, and where the voxels of each are.
-#include "experiments/datasets.hpp"
+#include "experiments/config/datasets.hpp"
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(catalogue, input) {

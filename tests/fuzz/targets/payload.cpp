@@ -18,7 +18,7 @@ std::vector<std::string> codec_ids() {
 const std::vector<cvr::codecs::Parameters>& corners_of(const cvr::codecs::Codec& codec) {
   static std::map<std::string_view, std::vector<cvr::codecs::Parameters>> kept;
   auto& corners = kept[codec.traits().id];
-  if (corners.empty()) corners = cvr::zoo::parameter_corners(codec);
+  if (corners.empty()) corners = cvr::samples::parameter_corners(codec);
   return corners;
 }
 

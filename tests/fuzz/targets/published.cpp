@@ -1,5 +1,5 @@
 // A file of published figures.
-#include "experiments/published.hpp"
+#include "experiments/config/published.hpp"
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(published, input) {

@@ -1,5 +1,5 @@
 // rows.jsonl: read, compared with itself, and appended to.
-#include "experiments/rows.hpp"
+#include "experiments/results/rows.hpp"
 #include "experiments/tracking/comparison.hpp"
 #include "tests/fuzz/input_files.hpp"
 

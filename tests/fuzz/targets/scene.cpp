@@ -1,5 +1,5 @@
 // A scene file.
-#include "experiments/scene_file.hpp"
+#include "experiments/config/scene_file.hpp"
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(scene, input) {

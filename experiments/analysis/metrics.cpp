@@ -1,0 +1,417 @@
+#include "experiments/analysis/metrics.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <optional>
+
+#include "experiments/analysis/render_metrics.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+using Pointer = Row::json_pointer;
+
+const Row* row_of(const LineContext& line, Stage stage) {
+  const auto found = line.rows.find(stage);
+  return found == line.rows.end() ? nullptr : found->second;
+}
+
+bool is_ok(const Row& row) { return row.value("status", "") == kOk; }
+
+std::optional<double> number_at(const Row& row, const char* pointer) {
+  const Pointer at(pointer);
+  if (!row.contains(at) || !row.at(at).is_number()) return std::nullopt;
+  return row.at(at).get<double>();
+}
+
+Reading reading_of(double number, int digits) {
+  return {fmt::format("{:.{}f}", number, digits), number};
+}
+
+/// The row of a stage through `read`, or its status.
+Reading from_stage(const LineContext& line, Stage stage,
+                   const std::function<Reading(const Row&)>& read) {
+  const Row* row = row_of(line, stage);
+  if (row == nullptr) return "";
+  return is_ok(*row) ? read(*row) : row->value("status", "");
+}
+
+/// A number of the row of one stage, or that row's status.
+Reading from_stage(const LineContext& line, Stage stage, const char* pointer, int digits,
+                   double factor = 1) {
+  return from_stage(line, stage, [&](const Row& row) -> Reading {
+    const auto value = number_at(row, pointer);
+    return value ? reading_of(*value * factor, digits) : "";
+  });
+}
+
+/// The first row that is ok and knows the sizes; else the first status.
+Reading from_any(const LineContext& line, const char* pointer, int digits) {
+  if (line.pseudo) return "";
+  std::string status;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr) continue;
+    if (is_ok(*row)) {
+      if (const auto value = number_at(*row, pointer)) return reading_of(*value, digits);
+    } else if (status.empty() && row->value("status", "") != kUnsupported) {
+      status = row->value("status", "");
+    }
+  }
+  if (!status.empty()) return status;
+  const bool any =
+      std::ranges::any_of(line.rows, [](const auto& entry) { return entry.second != nullptr; });
+  return any ? std::string(kUnsupported) : "";
+}
+
+/// Of codecs with an entropy coder of their own; the others say nothing.
+Reading entropy_gap(const LineContext& line) {
+  return from_stage(line, Stage::kEncode, [](const Row& row) -> Reading {
+    const auto entropy = number_at(row, "/size/entropy_bytes");
+    if (!entropy || *entropy == 0) return "";
+    const double stored = number_at(row, "/size/breakdown/operations").value_or(0) +
+                          number_at(row, "/size/breakdown/stop_bits").value_or(0);
+    return reading_of(100.0 * (stored / *entropy - 1.0), 2);
+  });
+}
+
+std::vector<double> samples_of(const Row& row, const char* pointer) {
+  const Pointer at(pointer);
+  return row.contains(at) ? row.at(at).get<std::vector<double>>() : std::vector<double>{};
+}
+
+/// Median seconds of "seconds" or "cpu_seconds".
+Reading seconds(const LineContext& line, Stage stage, const std::string& series,
+                const char* format) {
+  return from_stage(line, stage, [&](const Row& row) -> Reading {
+    const auto value = number_at(row, ("/time/" + series + "/median").c_str());
+    if (!value) return "";
+    return timed({fmt::format(fmt::runtime(format), *value), *value},
+                 samples_of(row, ("/time/" + series + "/samples").c_str()));
+  });
+}
+
+/// What the row states as work a second: its interval is that of the seconds, inverted.
+Reading speed(const LineContext& line, Stage stage, const char* pointer, int digits) {
+  Reading reading = from_stage(line, stage, pointer, digits);
+  if (!reading.number) return reading;
+  const Reading time = seconds(line, stage, "seconds", "{}");
+  reading.timed = true;
+  if (time.interval && time.interval->low > 0) {
+    const double work = *reading.number * *time.number;
+    reading.interval = {work / time.interval->high, work / time.interval->low};
+  }
+  return reading;
+}
+
+Reading access_time(const LineContext& line, std::string_view points, int lod = 0) {
+  return from_stage(line, Stage::kRandomAccess, [&](const Row& row) -> Reading {
+    for (const Row& series : row.value("access", Row::array())) {
+      if (series.value("points", "") != points || series.value("lod", -1) != lod) continue;
+      if (const auto value = number_at(series, "/ns_per_voxel/median"))
+        return timed(reading_of(*value, 1), samples_of(series, "/ns_per_voxel/samples"));
+    }
+    return "";
+  });
+}
+
+Reading exact_text(const LineContext& line) {
+  if (line.pseudo) return "";
+  std::uint64_t compared = 0, mismatches = 0;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !row->contains("verification")) continue;
+    const Row& verification = (*row)["verification"];
+    compared = std::max(compared, verification.value("voxels_compared", std::uint64_t{0}));
+    mismatches = std::max(mismatches, verification.value("mismatches", std::uint64_t{0}));
+  }
+  if (compared == 0) return "";
+  return {fmt::format("{} of {} differ", mismatches, compared), static_cast<double>(mismatches)};
+}
+
+Reading bound_text(const LineContext& line) {
+  if (line.pseudo) return "";
+  std::string text;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !row->contains("size")) continue;
+    const Row& size = (*row)["size"];
+    if (size.contains("bound_kept") && text != "no")
+      text = size.value("bound_kept", false) ? "yes" : "no";
+  }
+  return text;
+}
+
+/// The row of a stage that is ok and verified voxels; nullptr if there is none.
+const Row* verified_row(const LineContext& line) {
+  for (const auto& [stage, row] : line.rows) {
+    if (row != nullptr && is_ok(*row) && row->contains("verification")) return row;
+  }
+  return nullptr;
+}
+
+bool is_exact(const Row& row) {
+  return row["verification"].value("mismatches", std::uint64_t{1}) == 0;
+}
+
+/// A number of the error of a volume; "exact" where it has none because nothing differs; else the
+/// first status.
+Reading error_of(const LineContext& line, const char* pointer, const char* format) {
+  if (line.pseudo) return "";
+  const Row* row = verified_row(line);
+  if (row == nullptr) return from_any(line, pointer, 3);
+  if (const auto value = number_at(*row, pointer))
+    return {fmt::format(fmt::runtime(format), *value), *value};
+  if (!is_exact(*row)) return "";
+  const bool psnr = std::string_view(pointer).ends_with("psnr_db");
+  return {"exact", psnr ? std::numeric_limits<double>::infinity() : 0};
+}
+
+Reading of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits,
+                     double factor = 1) {
+  const Row* row = row_of(line, stage);
+  if (row == nullptr || !is_ok(*row) || !row->contains("steps")) return "";
+  std::string text;
+  for (const Row& step : (*row)["steps"]) {
+    const auto value = number_at(step, pointer);
+    text += fmt::format("{}{}", text.empty() ? "" : " / ",
+                        value ? fmt::format("{:.{}f}", *value * factor, digits) : "exact");
+  }
+  return text;
+}
+
+Reading status_text(const LineContext& line) {
+  std::string text;
+  bool any = false;
+  for (const auto& [stage, row] : line.rows) {
+    any = any || row != nullptr;
+    if (row == nullptr || is_ok(*row)) continue;
+    text +=
+        fmt::format("{}{}: {}", text.empty() ? "" : "; ", name_of(stage), row->value("status", ""));
+  }
+  return !any ? "not measured" : text.empty() ? "ok" : text;
+}
+
+Reading samples_text(const LineContext& line) {
+  std::string text;
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !is_ok(*row)) continue;
+    text +=
+        fmt::format("{}{}", text.empty() ? "" : "/", number_at(*row, "/time/rounds").value_or(0));
+  }
+  return text;
+}
+
+Reading peak_text(const LineContext& line) {
+  double peak = 0;
+  for (const auto& [stage, row] : line.rows) {
+    if (row != nullptr && is_ok(*row))
+      peak = std::max(peak, number_at(*row, "/memory/peak_bytes").value_or(0));
+  }
+  if (peak == 0) return "";
+  return reading_of(peak / (1 << 20), 0);
+}
+
+/// Empty where the codec has no encoding for a GPU.
+Reading gpu_bits(const LineContext& line) {
+  const Row* row = verified_row(line);
+  const auto value = row == nullptr ? std::nullopt : number_at(*row, "/size/gpu_bits_per_voxel");
+  return value ? reading_of(*value, 4) : "";
+}
+
+Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::*figure,
+                          int digits) {
+  if (line.published == nullptr || !(line.published->*figure)) return "";
+  return reading_of(*(line.published->*figure), digits);
+}
+
+Reading ratio_to_published(const LineContext& line) {
+  if (line.published == nullptr || !line.published->rate || *line.published->rate == 0) return "";
+  for (const auto& [stage, row] : line.rows) {
+    if (row == nullptr || !is_ok(*row)) continue;
+    if (const auto rate = number_at(*row, "/size/published_rate"))
+      return reading_of(*rate / *line.published->rate, 3);
+  }
+  return "";
+}
+
+std::span<const Metric> voxel_metrics() {
+  using L = const LineContext&;
+  static const Metric kMetrics[] = {
+      {"rate", "file rate %",
+       "bytes of the whole file / bytes of the original in its stored type, in percent",
+       [](L l) { return from_any(l, "/size/rate", 3); }},
+      {"entropy_gap", "above entropy %",
+       "what operations and stop bits take above the empirical entropy of the codec's own contexts "
+       "and alphabets, percent",
+       [](L l) { return entropy_gap(l); }},
+      {"bits_per_voxel", "bits/voxel", "bits of the whole file a voxel",
+       [](L l) { return from_any(l, "/size/bits_per_voxel", 4); }},
+      {"gpu_bits_per_voxel", "GPU bits/voxel",
+       "bits a voxel of all buffers that a GPU decodes a lossy codec's volume from", gpu_bits},
+      {"volume_psnr_db", "PSNR dB",
+       "of the decoded volume: 10 log10(peak^2 / mean squared error), peak 255 for u8, else the "
+       "range of the original",
+       [](L l) { return error_of(l, "/error/psnr_db", "{:.2f}"); }},
+      {"time_steps", "steps", "time steps of a series",
+       [](L l) { return from_any(l, "/dataset/time_steps", 0); }},
+      {"worst_step_psnr_db", "worst step PSNR dB",
+       "of the time step of a series with the largest mean squared error, by the peak of the whole",
+       [](L l) { return error_of(l, "/error/worst_step_psnr_db", "{:.2f}"); }},
+      {"edge_psnr_db", "edge PSNR dB", "the same over the 5 % of the voxels of steepest gradient",
+       [](L l) { return error_of(l, "/error/edge_psnr_db", "{:.2f}"); }},
+      {"largest_error", "max error", "largest absolute error of a voxel",
+       [](L l) { return error_of(l, "/error/largest_error", "{:.4g}"); }},
+      {"mean_squared_error", "MSE", "mean squared error of the voxels",
+       [](L l) { return error_of(l, "/error/mean_squared_error", "{:.4g}"); }},
+      {"edge_mean_squared_error", "edge MSE",
+       "mean squared error of the 5 % of the voxels of steepest gradient",
+       [](L l) { return error_of(l, "/error/edge_mean_squared_error", "{:.4g}"); }},
+      {"relative_error_p99", "rel. error p99",
+       "of f32: |error| / |voxel| that 99 % of the voxels other than 0 do not exceed",
+       [](L l) { return error_of(l, "/error/relative_error/p99", "{:.3g}"); }},
+      {"pareto", "front",
+       "* where no other line of the data set has at most its bits and at least its PSNR",
+       [](L l) { return Reading(l.on_front ? "*" : ""); }, false},
+      {"step_bits_per_voxel", "step bits/voxel",
+       "bits of the file a voxel that each step of a progressive codec needs",
+       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }, false},
+      {"step_psnr_db", "step PSNR dB", "of the volume that each step decodes to",
+       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }, false},
+      {"step_ms", "step ms", "median wall time of decoding each step",
+       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }, false},
+      {"published_rate", "rate %",
+       "bytes by the accounting of the papers' tables / bytes of the original by the same, in "
+       "percent",
+       [](L l) { return from_any(l, "/size/published_rate", 3); }},
+      {"labels", "labels", "distinct labels of the volume, background included",
+       [](L l) { return from_any(l, "/dataset/labels", 0); }},
+      {"original_labels", "labels of original",
+       "distinct labels of the original, as its description states them",
+       [](L l) { return from_any(l, "/dataset/original_labels", 0); }},
+      {"rate_gzip", "rate % gzip -6", "the whole file through gzip -6, in percent of the original",
+       [](L l) {
+         return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3);
+       }},
+      {"rate_xz", "rate % xz -6", "the whole file through xz -6, in percent of the original",
+       [](L l) {
+         return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_xz", 3);
+       }},
+      {"published", "published %", "the rate that the publication states, in percent",
+       [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }},
+      {"ratio", "ours/published", "published_rate measured here / rate published",
+       ratio_to_published},
+      {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",
+       [](L l) { return seconds(l, Stage::kEncode, "seconds", "{:.3g}"); }},
+      {"encode_gb_per_s", "encode GB/s", "10^9 bytes of the original encoded a second of wall time",
+       [](L l) { return speed(l, Stage::kEncode, "/time/gb_per_s", 3); }},
+      {"encode_mvoxel_per_s", "encode Mvoxel/s", "10^6 voxels encoded a second of wall time",
+       [](L l) { return speed(l, Stage::kEncode, "/time/mvoxel_per_s", 1); }},
+      {"encode_interval", "encode +-%",
+       "half width of the 95 % interval of the median encoding time, in percent",
+       [](L l) { return from_stage(l, Stage::kEncode, "/time/relative_interval", 1, 50); }},
+      {"encode_cpu_seconds", "encode CPU s",
+       "median processor time of encoding, all threads together",
+       [](L l) { return seconds(l, Stage::kEncode, "cpu_seconds", "{:.4f}"); }},
+      {"decode_seconds", "decode s", "median wall time of opening and decoding into memory",
+       [](L l) { return seconds(l, Stage::kDecode, "seconds", "{:.3g}"); }},
+      {"decode_gb_per_s", "decode GB/s", "10^9 bytes of the original decoded a second of wall time",
+       [](L l) { return speed(l, Stage::kDecode, "/time/gb_per_s", 3); }},
+      {"decode_mvoxel_per_s", "decode Mvoxel/s", "10^6 voxels decoded a second of wall time",
+       [](L l) { return speed(l, Stage::kDecode, "/time/mvoxel_per_s", 1); }},
+      {"decode_interval", "decode +-%",
+       "half width of the 95 % interval of the median decoding time, in percent",
+       [](L l) { return from_stage(l, Stage::kDecode, "/time/relative_interval", 1, 50); }},
+      {"decode_whole_seconds", "decode s, whole",
+       "decode_seconds times voxels of the original / voxels decoded: what the whole volume would "
+       "take",
+       [](L l) {
+         const Reading part = seconds(l, Stage::kDecode, "seconds", "{}");
+         return part.number ? of_whole(part, *row_of(l, Stage::kDecode)) : part;
+       }},
+      {"access_uniform_ns", "access ns", "median ns a voxel, uniform points, finest level",
+       [](L l) { return access_time(l, "uniform"); }},
+      {"access_clustered_ns", "clustered ns", "median ns a voxel, points along rays, finest level",
+       [](L l) { return access_time(l, "clustered"); }},
+      {"access_uniform_lod3_ns", "access ns, level 3",
+       "median ns a voxel, uniform points, level of detail 3",
+       [](L l) { return access_time(l, "uniform", 3); }},
+      {"access_clustered_lod3_ns", "clustered ns, level 3",
+       "median ns a voxel, points along rays, level of detail 3",
+       [](L l) { return access_time(l, "clustered", 3); }},
+      {"access_by", "access by",
+       "what is decoded to answer a point: the voxel, or the brick it lies in (unless it is that "
+       "of the point before)",
+       [](L l) {
+         return from_stage(l, Stage::kRandomAccess,
+                           [](const Row& row) { return Reading(row.value("access_by", "")); });
+       },
+       false},
+      {"access_front", "front",
+       "*: no other line of the data set is smaller and faster at uniform points",
+       [](L l) { return Reading(l.on_access_front ? "*" : ""); }, false},
+      {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
+       [](L l) { return access_time(l, "one-label"); }},
+      {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
+      {"bound_kept", "bound kept",
+       "yes or no: whether the largest error is at most the one that the codec's parameters "
+       "promise; nothing where they promise none",
+       bound_text, false},
+      {"peak_mib", "peak MiB",
+       "largest resident memory while encoding or decoding, the mapped input included", peak_text},
+      {"published_seconds", "published s",
+       "the seconds that the publication states, on its machine and its volume",
+       [](L l) { return published_reading(l, &PublishedFigure::seconds, 2); }},
+      {"published_gb_per_s", "published GB/s",
+       "the GB/s that the publication states, on its machine",
+       [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }},
+      {"samples", "n", "rounds measured, one number a stage", samples_text, false},
+      {"status", "status", "ok, the statuses of the stages that are not, or not measured",
+       status_text, false},
+  };
+  return kMetrics;
+}
+
+}  // namespace
+
+std::optional<RatePoint> rate_point(const LineContext& line) {
+  const Row* row = line.pseudo ? nullptr : verified_row(line);
+  if (row == nullptr) return std::nullopt;
+  const auto bits = number_at(*row, "/size/bits_per_voxel");
+  const auto psnr = number_at(*row, "/error/psnr_db");
+  if (!bits || (!psnr && !is_exact(*row))) return std::nullopt;
+  return RatePoint{*bits, psnr.value_or(std::numeric_limits<double>::infinity())};
+}
+
+std::optional<RatePoint> access_point(const LineContext& line) {
+  const auto bits = from_any(line, "/size/bits_per_voxel", 4).number;
+  const auto ns = access_time(line, "uniform").number;
+  if (!bits || !ns) return std::nullopt;
+  return RatePoint{*bits, -*ns};
+}
+
+std::span<const Metric> all_metrics() {
+  static const std::vector<Metric> kAll = [] {
+    const auto voxels = voxel_metrics(), pictures = render_metrics();
+    std::vector<Metric> all(voxels.begin(), voxels.end());
+    all.insert(all.end(), pictures.begin(), pictures.end());
+    return all;
+  }();
+  return kAll;
+}
+
+const Metric* find_metric(std::string_view name) {
+  for (const Metric& metric : all_metrics()) {
+    if (metric.name == name) return &metric;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> metric_names() {
+  std::vector<std::string> names;
+  for (const Metric& metric : all_metrics()) names.emplace_back(metric.name);
+  return names;
+}
+
+}  // namespace cvr::experiments

@@ -1,0 +1,18 @@
+#include "experiments/config/project_folders.hpp"
+
+#include <system_error>
+
+#include "experiments/build_info.hpp"
+
+namespace cvr::experiments {
+
+std::vector<std::filesystem::path> project_folders() {
+  std::vector<std::filesystem::path> folders{"."};
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) folders.push_back(program.parent_path().parent_path());
+  folders.emplace_back(build_info::kSourceFolder);
+  return folders;
+}
+
+}  // namespace cvr::experiments

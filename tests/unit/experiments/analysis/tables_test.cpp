@@ -1,0 +1,134 @@
+// Tables of hand-made rows, as they must read, in all three formats.
+#include "experiments/analysis/tables.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "codecs/registry.hpp"
+#include "experiments/config/published.hpp"
+#include "tests/samples/scratch_folder.hpp"
+#include "volumes/error.hpp"
+
+namespace cvr::experiments {
+namespace {
+
+class TableTest : public testing::Test {
+ protected:
+  TableTest() {
+    auto dataset = std::make_shared<Dataset>();
+    dataset->name = "blob";
+    dataset->stand_in_for = "big";
+    dataset->extent = {10, 20, 30};
+    const auto* codec = codecs::find_codec("csgv-nibble");
+    for (const std::string& codec_id : {std::string(kMemcpy), std::string("csgv-nibble")}) {
+      for (const Stage stage : {Stage::kEncode, Stage::kRandomAccess}) {
+        if (codec_id == kMemcpy && stage == Stage::kRandomAccess) continue;
+        Cell cell{dataset, codec_id, 1, {}, stage, {}};
+        cell.threads = {"1", 1};
+        if (codec_id != kMemcpy) cell.parameters = codecs::Parameters::parse(codec->parameters(), {}).value();
+        config_.cells.push_back(cell);
+      }
+    }
+    spec_.name = "t";
+    spec_.title = "Title";
+    spec_.rows = {"dataset", "codec", "brick"};
+    spec_.columns = {"published_rate", "published", "ratio", "encode_seconds", "access_uniform_ns", "exact"};
+    const std::string published =
+        folder_.write("p.yaml",
+                      "citation: C\ntables:\n  t2:\n    title: T2\n    figures:\n"
+                      "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 64}, rate: 9}\n"
+                      "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 32}, rate: 2.5}\n");
+    spec_.published = {published, "t2"};
+  }
+
+  std::vector<Row> rows() const {
+    std::vector<Row> rows;
+    for (const Cell& cell : config_.cells) {
+      Row row{{"cell", cell.row_key()}, {"key", cell.row_key()}, {"status", "ok"}, {"reason", ""}};
+      if (cell.stage == Stage::kEncode) row["time"]["seconds"]["median"] = 0.125;
+      if (cell.codec != kMemcpy && cell.stage == Stage::kEncode) {
+        row["size"]["published_rate"] = 2.0;
+        row["verification"] = {{"voxels_compared", 6000}, {"mismatches", 0}};
+      }
+      if (cell.stage == Stage::kRandomAccess) {
+        row["status"] = "unsupported";
+        row["reason"] = "no access, \"none\"";
+      }
+      rows.push_back(row);
+    }
+    return rows;
+  }
+
+  ScratchFolder folder_;
+  Config config_;
+  TableSpec spec_;
+};
+
+TEST_F(TableTest, Markdown) {
+  EXPECT_EQ(render(make_table(spec_, config_, rows()), TableFormat::kMarkdown),
+            "### Title\n\n"
+            "| dataset | codec       | brick | rate % | published % | ours/published | encode s |   access "
+            "ns |            exact |\n"
+            "|:--------|:------------|:------|-------:|------------:|---------------:|---------:|------------"
+            ":|-----------------:|\n"
+            "| blob    | memcpy      |       |        |             |                |    0.125 |            "
+            " |                  |\n"
+            "| blob    | csgv-nibble | 32    |  2.000 |       2.500 |          0.800 |    0.125 | "
+            "unsupported | 0 of 6000 differ |\n"
+            "\n"
+            "- Columns: **rate %** bytes by the accounting of the papers' tables / bytes of the original by the same, "
+            "in percent; **published %** the rate that the publication states, in percent; **ours/published** "
+            "published_rate measured here / rate published; **encode s** median wall time of encoding, file reading and "
+            "writing apart; **access ns** median ns a voxel, uniform points, finest level; **exact** voxels of the decoded "
+            "volume that differ from the original.\n"
+            "- Published: C; T2.\n"
+            "- random-access unsupported: no access, \"none\" (csgv-nibble)\n");
+}
+
+TEST_F(TableTest, Csv) {
+  EXPECT_EQ(render(make_table(spec_, config_, rows()), TableFormat::kCsv),
+            "dataset,codec,brick,rate %,published %,ours/published,encode s,access ns,exact\n"
+            "blob,memcpy,,,,,0.125,,\n"
+            "blob,csgv-nibble,32,2.000,2.500,0.800,0.125,unsupported,0 of 6000 differ\n");
+}
+
+TEST_F(TableTest, LatexEscapes) {
+  const std::string text = render(make_table(spec_, config_, rows()), TableFormat::kLatex);
+  EXPECT_THAT(text, testing::HasSubstr("\\begin{tabular}{lllrrrrrr}\n"));
+  EXPECT_THAT(text, testing::HasSubstr("rate \\% & published \\%"));
+  EXPECT_THAT(
+      text,
+      testing::HasSubstr(
+          "blob & csgv-nibble & 32 & 2.000 & 2.500 & 0.800 & 0.125 & unsupported & 0 of 6000 differ \\\\\n"));
+}
+
+TEST_F(TableTest, AFailedCellHasItsStatusInsteadOfFigures) {
+  auto failed = rows();
+  failed[1]["status"] = "failed";
+  failed[1]["reason"] = "3 of 6000 decoded voxels differ from the original";
+  const std::string text = render(make_table(spec_, config_, failed), TableFormat::kCsv);
+  EXPECT_THAT(text, testing::HasSubstr("csgv-nibble,32,failed,2.500,,failed,unsupported"));
+}
+
+TEST_F(TableTest, CellsThatWereNotRunAreNamed) {
+  const Table table = make_table(spec_, config_, {});
+  EXPECT_EQ(table.lines.size(), 2u);
+  EXPECT_THAT(table.notes, testing::Contains("3 cells have not been run."));
+}
+
+TEST_F(TableTest, ConditionsTakeLinesAwayButKeepMemcpy) {
+  spec_.where = {{"brick", "64"}};
+  const Table table = make_table(spec_, config_, rows());
+  ASSERT_EQ(table.lines.size(), 1u);
+  EXPECT_EQ(table.lines[0][1], "memcpy");
+}
+
+TEST(Published, TheFiguresOfThePaperAreCarriedWhole) {
+  const std::string path = std::string(CVR_SOURCE_DIR) + "/results/paper/csgvr.yaml";
+  EXPECT_EQ(load_published(path, "table2").figures.size(), 4u * 3 * 4);
+  EXPECT_EQ(load_published(path, "table3").figures.size(), 4u * 7);
+  EXPECT_THROW(load_published(path, "table9"), volumes::InputError);
+}
+
+}  // namespace
+}  // namespace cvr::experiments
