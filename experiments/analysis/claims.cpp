@@ -30,7 +30,7 @@ struct Group {
 std::vector<Group> collect_groups(const ClaimSpec& claim, const Config& config,
                                   const std::map<std::string, Row>& latest) {
   std::vector<Group> groups;
-  for (TableLine& line : collect_lines(Filter{claim.where}, claim.renders(), config, latest)) {
+  for (TableLine& line : collect_lines(Filter{claim.where}, claim.renders, config, latest)) {
     if (line.cell->codec == kMemcpy) continue;
     std::vector<std::string> labels;
     for (const std::string& key : claim.each) labels.push_back(label_of(*line.cell, key));
@@ -296,7 +296,7 @@ void check_claims(const Config& config) {
     if (groups.empty()) {
       throw volumes::InputError(fmt::format(
           "{}: expected cells of the stage{} that match, found none", claim.sides.front().place,
-          claim.renders() ? " render" : "s encode, decode or random-access"));
+          claim.renders ? " render" : "s encode, decode or random-access"));
     }
     for (const Group& group : groups) {
       for (std::size_t side = 0; side < claim.sides.size(); ++side) {

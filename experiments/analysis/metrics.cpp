@@ -408,10 +408,16 @@ const Metric* find_metric(std::string_view name) {
   return nullptr;
 }
 
-std::vector<std::string> metric_names() {
-  std::vector<std::string> names;
-  for (const Metric& metric : all_metrics()) names.emplace_back(metric.name);
-  return names;
+MetricNames metric_names() {
+  static const std::vector<MetricName> kNames = [] {
+    std::vector<MetricName> names;
+    for (const Metric& metric : voxel_metrics())
+      names.push_back({metric.name, metric.numeric, false, published_beside(metric) != nullptr});
+    for (const Metric& metric : render_metrics())
+      names.push_back({metric.name, metric.numeric, true, published_beside(metric) != nullptr});
+    return names;
+  }();
+  return kNames;
 }
 
 }  // namespace cvr::experiments

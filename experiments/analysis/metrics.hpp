@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "experiments/config/cells.hpp"
+#include "experiments/config/metric_names.hpp"
 #include "experiments/config/published.hpp"
 #include "experiments/analysis/rate_distortion.hpp"
 #include "experiments/analysis/reading.hpp"
@@ -42,6 +43,7 @@ std::optional<RatePoint> access_point(const LineContext& line);
 
 std::span<const Metric> all_metrics();
 const Metric* find_metric(std::string_view name);
-std::vector<std::string> metric_names();
+/// All of them, as configurations know them.
+MetricNames metric_names();
 
 }  // namespace cvr::experiments

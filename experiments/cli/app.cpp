@@ -8,7 +8,7 @@
 #include <sstream>
 #include <system_error>
 
-#include "experiments/build_info.hpp"
+#include "experiments/results/build_info.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/standard_output.hpp"
 #include "experiments/run/worker_process.hpp"

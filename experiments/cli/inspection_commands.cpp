@@ -6,7 +6,7 @@
 #include "codecs/container.hpp"
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
-#include "volumes/metrics/error_sink.hpp"
+#include "experiments/results/error_row.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "volumes/io/io.hpp"
 #include "volumes/plain_text.hpp"
@@ -199,7 +199,7 @@ int measure_error(const ErrorOptions& options) {
     throw volumes::InputError(fmt::format("{}: expected {} as in {}, found {}", path, shape(info),
                                           original, shape(other)));
   };
-  ErrorSink sink(*truth, options.threads);
+  volumes::ErrorSink sink(*truth, options.threads);
   bool lossless = truth->info().kind == volumes::VolumeKind::kLabels;
   if (volumes::is_volume_path(path)) {
     volumes::OpenOptions how = options.volume.options();

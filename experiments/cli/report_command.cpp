@@ -8,7 +8,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "experiments/build_info.hpp"
+#include "experiments/results/build_info.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/tracking/history.hpp"

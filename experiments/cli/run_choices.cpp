@@ -1,3 +1,4 @@
+#include "experiments/analysis/load_config.hpp"
 #include "experiments/cli/run_choices.hpp"
 
 #include <fmt/format.h>

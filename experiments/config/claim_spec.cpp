@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/analysis/render_metrics.hpp"
 #include "experiments/config/table_spec.hpp"
 
 namespace cvr::experiments {
@@ -29,17 +28,17 @@ Quorum read_quorum(const YamlValue& value) {
   value.expected("all, most or some");
 }
 
-std::string read_number_metric(const YamlValue& value) {
-  const std::string name = read_metric(value);
-  if (!find_metric(name)->numeric) value.expected("a metric that is a number");
+std::string read_number_metric(const YamlValue& value, MetricNames metrics) {
+  const std::string name = read_metric(value, metrics);
+  if (!find_metric_name(metrics, name)->numeric) value.expected("a metric that is a number");
   return name;
 }
 
 bool is_psnr(std::string_view metric) { return metric.ends_with("psnr_db"); }
 
 /// What single keys cannot tell: which of them go together.
-void check_keys(const ClaimSpec& claim, const YamlValue& value) {
-  if (claim.published && published_beside(*find_metric(claim.metric)) == nullptr)
+void check_keys(const ClaimSpec& claim, const YamlValue& value, MetricNames metrics) {
+  if (claim.published && !find_metric_name(metrics, claim.metric)->published)
     value.reject(fmt::format("expected a metric that publications state beside published, found '{}'", claim.metric));
   const bool bounded = std::isfinite(claim.at_least) || std::isfinite(claim.at_most);
   const bool compared = claim.compare != Comparison::kFigure;
@@ -59,6 +58,20 @@ void check_keys(const ClaimSpec& claim, const YamlValue& value) {
     value.reject("expected left, right and compare: difference beside over, found others");
 }
 
+/// Whether a claim is about cells of the stage render: its metric is one of images, or one of its
+/// labels is.
+bool is_about_images(const ClaimSpec& claim, MetricNames metrics) {
+  const auto of_images = [&](const std::string& name) {
+    return !name.empty() && find_metric_name(metrics, name)->of_images;
+  };
+  const auto names_images = [](const Conditions& conditions) {
+    return std::ranges::any_of(conditions, [](const auto& c) { return is_render_label(c.first); });
+  };
+  return of_images(claim.metric) || of_images(claim.over) || names_images(claim.where) ||
+         std::ranges::any_of(claim.each, is_render_label) ||
+         std::ranges::any_of(claim.sides, [&](const ClaimSide& side) { return names_images(side.conditions); });
+}
+
 }  // namespace
 
 std::string_view name_of(Comparison comparison) {
@@ -73,7 +86,7 @@ std::string_view name_of(Comparison comparison) {
   return "?";
 }
 
-ClaimSpec read_claim(const YamlValue& value, const std::string& config_path) {
+ClaimSpec read_claim(const YamlValue& value, const std::string& config_path, MetricNames metrics) {
   ClaimSpec claim;
   std::optional<ClaimSide> left, right;
   const auto side_into = [](std::optional<ClaimSide>& side) {
@@ -84,7 +97,7 @@ ClaimSpec read_claim(const YamlValue& value, const std::string& config_path) {
       {{"name", [&](const YamlValue& v) { claim.name = v.text("a name"); }, true},
        {"says", [&](const YamlValue& v) { claim.says = v.text("what the paper says"); }, true},
        {"source", [&](const YamlValue& v) { claim.source = v.text("paper and section"); }, true},
-       {"metric", [&](const YamlValue& v) { claim.metric = read_number_metric(v); }, true},
+       {"metric", [&](const YamlValue& v) { claim.metric = read_number_metric(v, metrics); }, true},
        {"left", side_into(left)},
        {"right", side_into(right)},
        {"value", number_into(claim.value)},
@@ -99,7 +112,7 @@ ClaimSpec read_claim(const YamlValue& value, const std::string& config_path) {
        {"at_least", number_into(claim.at_least)},
        {"at_most", number_into(claim.at_most)},
        {"tolerance", [&](const YamlValue& v) { claim.tolerance = v.number(0, kLargest); }},
-       {"over", [&](const YamlValue& v) { claim.over = read_number_metric(v); }},
+       {"over", [&](const YamlValue& v) { claim.over = read_number_metric(v, metrics); }},
        {"each",
         [&](const YamlValue& v) {
           for (const YamlValue& one : v.list("labels")) claim.each.push_back(read_line_label(one));
@@ -110,7 +123,8 @@ ClaimSpec read_claim(const YamlValue& value, const std::string& config_path) {
   if (right && !left) value.reject("expected the key left beside right, found none");
   if (left) claim.sides.push_back(*left);
   if (right) claim.sides.push_back(*right);
-  check_keys(claim, value);
+  check_keys(claim, value, metrics);
+  claim.renders = is_about_images(claim, metrics);
   if (claim.ordered) claim.at_least = claim.compare == Comparison::kRatio ? 1 : 0;
   return claim;
 }
@@ -126,17 +140,6 @@ std::string ClaimSpec::describe_bounds() const {
   if (std::isfinite(at_most)) text += fmt::format(", at most {:.6g}", at_most);
   if (tolerance > 0) text += fmt::format(", tolerance {:.6g}", tolerance);
   return text;
-}
-
-bool ClaimSpec::renders() const {
-  const auto about_pictures = [](const std::string& name) {
-    return std::ranges::any_of(render_metrics(), [&](const Metric& m) { return m.name == name; });
-  };
-  const auto names_pictures = [](const Conditions& conditions) {
-    return std::ranges::any_of(conditions, [](const auto& c) { return is_render_label(c.first); });
-  };
-  return about_pictures(metric) || about_pictures(over) || names_pictures(where) || std::ranges::any_of(each, is_render_label) ||
-         std::ranges::any_of(sides, [&](const ClaimSide& side) { return names_pictures(side.conditions); });
 }
 
 }  // namespace cvr::experiments

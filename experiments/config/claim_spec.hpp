@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "experiments/config/cells.hpp"
+#include "experiments/config/metric_names.hpp"
 #include "experiments/config/yaml_reader.hpp"
 
 namespace cvr::experiments {
@@ -62,15 +63,13 @@ struct ClaimSpec {
   std::vector<std::string> each;
   Conditions where;
   Quorum quorum = Quorum::kAll;
+  bool renders = false;  ///< about cells of the stage render, as a metric or a label tells
 
-  /// Whether it is about cells of the render stage: its metric is one of pictures, or one of its
-  /// labels is.
-  bool renders() const;
   /// "left - right, at least 2, at most 4, tolerance 0.05".
   std::string describe_bounds() const;
 };
 
 /// `config_path`: what the path of published figures is relative to. Throws InputError.
-ClaimSpec read_claim(const YamlValue& value, const std::string& config_path);
+ClaimSpec read_claim(const YamlValue& value, const std::string& config_path, MetricNames metrics);
 
 }  // namespace cvr::experiments

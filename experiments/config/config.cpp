@@ -11,7 +11,6 @@
 #include <thread>
 
 #include "codecs/registry.hpp"
-#include "experiments/analysis/claims.hpp"
 #include "experiments/config/dataset_keys.hpp"
 #include "experiments/config/render_axes.hpp"
 #include "experiments/config/table_spec.hpp"
@@ -403,8 +402,8 @@ std::string hash_config(const std::string& path, const std::vector<std::string>&
 
 }  // namespace
 
-Config load_config(const std::string& path, const Catalogue& catalogue,
-                   const std::vector<std::string>& settings) {
+Config read_config(const std::string& path, const Catalogue& catalogue,
+                   const std::vector<std::string>& settings, MetricNames metrics) {
   Config config;
   config.path = path;
   std::vector<Block> blocks;
@@ -418,11 +417,11 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
                     true});
   fields.push_back({"tables", [&](const YamlValue& v) {
                       for (const YamlValue& one : v.list("tables"))
-                        config.tables.push_back(read_table(one, path));
+                        config.tables.push_back(read_table(one, path, metrics));
                     }});
   fields.push_back({"claims", [&](const YamlValue& v) {
                       for (const YamlValue& one : v.list("claims"))
-                        config.claims.push_back(read_claim(one, path));
+                        config.claims.push_back(read_claim(one, path, metrics));
                     }});
   fields.push_back({"test_fault", [&](const YamlValue& v) { config.test_fault = read_fault(v); }});
   root.fields(fields);
@@ -442,7 +441,6 @@ Config load_config(const std::string& path, const Catalogue& catalogue,
   }
   config.hash = hash_config(path, settings);
   config.cells = expand(blocks, config);
-  check_claims(config);
   return config;
 }
 

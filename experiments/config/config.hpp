@@ -57,6 +57,7 @@
 #include "experiments/config/cells.hpp"
 #include "experiments/config/claim_spec.hpp"
 #include "experiments/config/datasets.hpp"
+#include "experiments/config/metric_names.hpp"
 
 namespace cvr::experiments {
 
@@ -104,9 +105,9 @@ struct Config {
 };
 
 /// Reads a configuration; `settings` are "key=value" for its top-level keys with simple values and
-/// win over the file. Throws InputError.
-Config load_config(const std::string& path, const Catalogue& catalogue,
-                   const std::vector<std::string>& settings);
+/// win over the file. `metrics`: what its tables and claims may name. Throws InputError.
+Config read_config(const std::string& path, const Catalogue& catalogue,
+                   const std::vector<std::string>& settings, MetricNames metrics);
 
 /// Another device in place of the one that the configuration names.
 void choose_device(Config& config, const std::string& device);

@@ -2,7 +2,7 @@
 
 #include <system_error>
 
-#include "experiments/build_info.hpp"
+#include "experiments/results/build_info.hpp"
 
 namespace cvr::experiments {
 

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "codecs/registry.hpp"
-#include "experiments/analysis/metrics.hpp"
 
 namespace cvr::experiments {
 
@@ -33,10 +32,10 @@ std::string read_line_label(const YamlValue& value) {
   return label;
 }
 
-std::string read_metric(const YamlValue& value) {
-  if (find_metric(value.text()) == nullptr)
+std::string read_metric(const YamlValue& value, MetricNames metrics) {
+  if (find_metric_name(metrics, value.text()) == nullptr)
     value.expected("a metric ('list metrics' names them)" +
-                   did_you_mean(value.text(), metric_names()));
+                   did_you_mean(value.text(), names_of(metrics)));
   return value.text();
 }
 
@@ -71,7 +70,7 @@ bool is_render_label(std::string_view name) {
 
 namespace {
 
-Pivot read_pivot(const YamlValue& value) {
+Pivot read_pivot(const YamlValue& value, MetricNames metrics) {
   Pivot pivot;
   value.fields({{"columns",
                  [&](const YamlValue& v) {
@@ -79,13 +78,13 @@ Pivot read_pivot(const YamlValue& value) {
                      pivot.columns.push_back(read_line_label(one));
                  },
                  true},
-                {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v); }, true}});
+                {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v, metrics); }, true}});
   return pivot;
 }
 
 }  // namespace
 
-TableSpec read_table(const YamlValue& value, const std::string& config_path) {
+TableSpec read_table(const YamlValue& value, const std::string& config_path, MetricNames metrics) {
   TableSpec table;
   value.fields({{"name", [&](const YamlValue& v) { table.name = v.text("a name"); }, true},
                 {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
@@ -98,11 +97,11 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path) {
                 {"columns",
                  [&](const YamlValue& v) {
                    for (const YamlValue& one : v.list("metrics"))
-                     table.columns.push_back(read_metric(one));
+                     table.columns.push_back(read_metric(one, metrics));
                  }},
                 {"bd_psnr",
                  [&](const YamlValue& v) { table.bd_reference = v.text("the labels of a curve"); }},
-                {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v); }},
+                {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v, metrics); }},
                 {"where", [&](const YamlValue& v) { table.where = read_conditions(v); }},
                 {"published", [&](const YamlValue& v) {
                    table.published = read_published_place(v, config_path);

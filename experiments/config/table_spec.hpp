@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "experiments/config/config.hpp"
+#include "experiments/config/metric_names.hpp"
 #include "experiments/config/yaml_reader.hpp"
 
 namespace cvr::experiments {
@@ -14,7 +15,7 @@ std::vector<std::string> line_labels();
 /// One of the labels of table lines; a parameter of any codec is one. Throws InputError.
 std::string read_line_label(const YamlValue& value);
 /// The name of a metric. Throws InputError.
-std::string read_metric(const YamlValue& value);
+std::string read_metric(const YamlValue& value, MetricNames metrics);
 /// A map of labels to globs or lists of globs, of which one must match. Throws InputError.
 Conditions read_conditions(const YamlValue& value);
 /// {file: PATH beside the configuration, table: NAME}. Throws InputError.
@@ -24,6 +25,6 @@ PublishedPlace read_published_place(const YamlValue& value, const std::string& c
 bool is_render_label(std::string_view name);
 
 /// `config_path`: what the path of published figures is relative to. Throws InputError.
-TableSpec read_table(const YamlValue& value, const std::string& config_path);
+TableSpec read_table(const YamlValue& value, const std::string& config_path, MetricNames metrics);
 
 }  // namespace cvr::experiments

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "codecs/library_versions.hpp"
-#include "experiments/build_info.hpp"
+#include "experiments/results/build_info.hpp"
 
 namespace cvr::experiments {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "volumes/metrics/error_sink.hpp"
+#include "experiments/results/error_row.hpp"
 #include "experiments/run/frame_times.hpp"
 #include "experiments/results/provenance.hpp"
 

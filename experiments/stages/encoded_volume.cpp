@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "codecs/registry.hpp"
-#include "volumes/metrics/error_sink.hpp"
+#include "experiments/results/error_row.hpp"
 
 namespace cvr::experiments {
 
@@ -82,7 +82,7 @@ Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header
                    const volumes::VolumeSource& truth, unsigned threads) {
   Row steps = Row::array();
   for (unsigned step = 0; step < access.steps(); ++step) {
-    ErrorSink sink(truth, threads);
+    volumes::ErrorSink sink(truth, threads);
     checked(access.decode_step(step, threads, sink));
     const std::uint64_t bytes = header_bytes + access.step_bytes(step);
     Row row;
@@ -226,7 +226,7 @@ void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth
     throw StageFailure(kFailed, fmt::format("{} of {} decoded voxels differ from the original",
                                             sink.mismatches(), sink.compared()));
   }
-  ErrorSink sink(truth, threads);
+  volumes::ErrorSink sink(truth, threads);
   checked(decoder->decode(0, threads, sink));
   report(sink.compared(), sink.mismatches());
   parts["error"] = describe_errors(sink);

@@ -15,6 +15,7 @@
 #include "experiments/config/cells.hpp"
 #include "experiments/config/datasets.hpp"
 #include "experiments/results/rows.hpp"
+#include "experiments/results/samples.hpp"
 #include "volumes/source.hpp"
 
 namespace cvr::experiments {
@@ -40,13 +41,6 @@ struct WorkerSpec {
 std::string to_json_line(const WorkerSpec& spec);
 /// Throws std::exception on anything malformed.
 WorkerSpec worker_spec_from_json(const std::string& line);
-
-/// One timed piece of a round.
-struct Sample {
-  std::string series;
-  double wall_seconds = 0, cpu_seconds = 0;
-  std::uint64_t count = 0;  ///< voxels, points, frames, or the incomplete pixels of one frame
-};
 
 class StageFailure : public std::runtime_error {
  public:

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "tests/cli/child.hpp"
+#include "experiments/analysis/load_config.hpp"
 #include "experiments/run/runner.hpp"
 #include "volumes/error.hpp"
 

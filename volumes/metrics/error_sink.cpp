@@ -7,38 +7,36 @@
 
 #include "volumes/parallel.hpp"
 
-namespace cvr::experiments {
+namespace cvr::volumes {
 
-using volumes::VoxelType;
-
-ErrorSink::ErrorSink(const volumes::VolumeSource& truth, unsigned threads)
+ErrorSink::ErrorSink(const VolumeSource& truth, unsigned threads)
     : truth_(truth), threads_(std::max(threads, 1u)), reader_(truth), steps_(truth.info().time_steps) {
-  if (truth.info().kind == volumes::VolumeKind::kScalars) edges_.emplace(truth, threads_);
+  if (truth.info().kind == VolumeKind::kScalars) edges_.emplace(truth, threads_);
   if (truth.info().type == VoxelType::kF32) relative_.resize(threads_);
 }
 
 std::byte* ErrorSink::begin(std::uint64_t z0, std::uint64_t z1) {
-  const volumes::VolumeInfo& info = truth_.info();
+  const VolumeInfo& info = truth_.info();
   slab_.resize((z1 - z0) * info.extent.x * info.extent.y * size_of(info.type));
   return slab_.data();
 }
 
 void ErrorSink::end(std::uint64_t z0, std::uint64_t z1) {
-  const volumes::VolumeInfo& info = truth_.info();
+  const VolumeInfo& info = truth_.info();
   const std::byte* truth = reader_.read(z0, z1);
   const std::uint64_t plane = info.extent.x * info.extent.y;
   const std::size_t voxel = size_of(info.type);
   compared_ += (z1 - z0) * plane;
   for (std::uint64_t i = 0; i < (z1 - z0) * plane * voxel; i += voxel)
     mismatches_ += std::memcmp(truth + i, slab_.data() + i, voxel) != 0 ? 1 : 0;
-  if (info.kind == volumes::VolumeKind::kLabels) return;
+  if (info.kind == VolumeKind::kLabels) return;
   edges_->load(z0, z1);
   std::vector<Sums> planes(z1 - z0);
   std::vector<std::vector<std::uint8_t>> marks(threads_);
-  volumes::parallel_for(threads_, z1 - z0, [&](unsigned worker, std::uint64_t z) {
+  parallel_for(threads_, z1 - z0, [&](unsigned worker, std::uint64_t z) {
     marks[worker].resize(plane);
     edges_->mark(z0 + z, marks[worker].data());
-    volumes::with_voxel_type(info.type, [&]<class T>() {
+    with_voxel_type(info.type, [&]<class T>() {
       planes[z] = errors_of_plane<T>(truth + z * plane * voxel, slab_.data() + z * plane * voxel, marks[worker].data(),
                                      relative_.empty() ? nullptr : &relative_[worker]);
     });
@@ -124,31 +122,4 @@ std::optional<double> ErrorSink::relative_error(double share) const {
   return all.at_rank(static_cast<std::uint64_t>(std::max(0.0, rank)));
 }
 
-Row finite_or_null(std::optional<double> value) { return value && std::isfinite(*value) ? Row(*value) : Row(nullptr); }
-
-Row describe_errors(const ErrorSink& sink) {
-  Row row;
-  row["psnr_db"] = finite_or_null(sink.psnr());
-  row["exact"] = sink.mismatches() == 0;
-  row["largest_error"] = finite_or_null(sink.largest_error());
-  row["mean_squared_error"] = finite_or_null(sink.mean_squared_error());
-  row["mean_absolute_error"] = finite_or_null(sink.mean_absolute_error());
-  row["edge_mean_squared_error"] = finite_or_null(sink.edge_mean_squared_error());
-  row["edge_psnr_db"] = finite_or_null(sink.edge_psnr());
-  row["edge_voxels"] = sink.edge_voxels();
-  row["non_finite_voxels"] = sink.non_finite();
-  if (sink.time_steps() > 1) {
-    row["time_steps"] = sink.time_steps();
-    row["worst_step"] = sink.worst_step();
-    row["worst_step_psnr_db"] = finite_or_null(sink.worst_step_psnr());
-  }
-  if (sink.relative_error(0.5)) {
-    Row& relative = row["relative_error"];
-    relative["p50"] = finite_or_null(sink.relative_error(0.5));
-    relative["p90"] = finite_or_null(sink.relative_error(0.9));
-    relative["p99"] = finite_or_null(sink.relative_error(0.99));
-  }
-  return row;
-}
-
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes

@@ -13,15 +13,14 @@
 
 #include "volumes/metrics/gradients.hpp"
 #include "volumes/metrics/magnitudes.hpp"
-#include "experiments/results/rows.hpp"
 #include "volumes/source.hpp"
 
-namespace cvr::experiments {
+namespace cvr::volumes {
 
-class ErrorSink final : public volumes::SlabSink {
+class ErrorSink final : public SlabSink {
  public:
   /// Reads the truth twice where it holds scalars: its edges are found first.
-  explicit ErrorSink(const volumes::VolumeSource& truth, unsigned threads = 1);
+  explicit ErrorSink(const VolumeSource& truth, unsigned threads = 1);
   std::uint64_t preferred_depth() const override { return 64; }
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override;
   void end(std::uint64_t z0, std::uint64_t z1) override;
@@ -57,23 +56,15 @@ class ErrorSink final : public volumes::SlabSink {
   template <class T>
   Sums errors_of_plane(const std::byte* truth, const std::byte* decoded, const std::uint8_t* edges, Magnitudes* relative) const;
 
-  const volumes::VolumeSource& truth_;
+  const VolumeSource& truth_;
   unsigned threads_;
-  volumes::SlabReader reader_;
+  SlabReader reader_;
   std::optional<EdgeVoxels> edges_;
   std::vector<Magnitudes> relative_;  ///< one a thread
-  volumes::Buffer slab_;
+  Buffer slab_;
   std::uint64_t compared_ = 0, mismatches_ = 0;
   Sums sums_;
   std::vector<Sums> steps_;  ///< the same of each time step
 };
 
-/// The errors of a scalar volume by name: psnr_db (null where equal), exact, largest_error, mean_squared_error, mean_absolute_error,
-/// edge_mean_squared_error, edge_psnr_db, edge_voxels, non_finite_voxels, of f32 relative_error {p50, p90, p99}, and of a series
-/// time_steps, worst_step and worst_step_psnr_db.
-Row describe_errors(const ErrorSink& sink);
-
-/// JSON has no infinity: null says that there is no number.
-Row finite_or_null(std::optional<double> value);
-
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes

@@ -8,7 +8,7 @@
 #include "volumes/metrics/magnitudes.hpp"
 #include "volumes/parallel.hpp"
 
-namespace cvr::experiments {
+namespace cvr::volumes {
 
 namespace {
 
@@ -19,9 +19,9 @@ constexpr double kEdgeShare = 0.05;
 
 template <class Take>
 void EdgeVoxels::each_gradient(std::uint64_t z, Take&& take) const {
-  const volumes::Extent& e = info_.extent;
+  const Extent& e = info_.extent;
   const std::uint64_t plane = e.x * e.y;
-  volumes::with_voxel_type(info_.type, [&]<class T>() {
+  with_voxel_type(info_.type, [&]<class T>() {
     const auto plane_at = [&](std::uint64_t at) { return reinterpret_cast<const T*>(planes_) + (at - first_plane_) * plane; };
     const std::uint64_t depth = info_.step_extent().z, below = z % depth == 0 ? z : z - 1, above = (z + 1) % depth == 0 ? z : z + 1;
     const T *here = plane_at(z), *low = plane_at(below), *high = plane_at(above);
@@ -43,12 +43,12 @@ void EdgeVoxels::each_gradient(std::uint64_t z, Take&& take) const {
   });
 }
 
-EdgeVoxels::EdgeVoxels(const volumes::VolumeSource& source, unsigned threads) : info_(source.info()), reader_(source) {
+EdgeVoxels::EdgeVoxels(const VolumeSource& source, unsigned threads) : info_(source.info()), reader_(source) {
   std::vector<Magnitudes> found(std::max(threads, 1u));
   for (std::uint64_t z0 = 0; z0 < info_.extent.z; z0 += kSlabPlanes) {
     const std::uint64_t z1 = std::min(z0 + kSlabPlanes, info_.extent.z);
     load(z0, z1);
-    volumes::parallel_for(threads, z1 - z0, [&](unsigned worker, std::uint64_t i) {
+    parallel_for(threads, z1 - z0, [&](unsigned worker, std::uint64_t i) {
       each_gradient(z0 + i, [&](std::uint64_t, double squared) { found[worker].add(squared); });
     });
   }
@@ -71,4 +71,4 @@ void EdgeVoxels::mark(std::uint64_t z, std::uint8_t* edges) const {
   each_gradient(z, [&](std::uint64_t i, double squared) { edges[i] = squared >= threshold_ ? 1 : 0; });
 }
 
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes

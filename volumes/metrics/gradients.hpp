@@ -8,12 +8,12 @@
 
 #include "volumes/source.hpp"
 
-namespace cvr::experiments {
+namespace cvr::volumes {
 
 class EdgeVoxels {
  public:
   /// Scans the source once.
-  EdgeVoxels(const volumes::VolumeSource& source, unsigned threads);
+  EdgeVoxels(const VolumeSource& source, unsigned threads);
   /// Least squared gradient magnitude of an edge; infinity where no voxel is one.
   double threshold() const { return threshold_; }
   /// Readies the planes [z0, z1) for mark(): valid until the next call.
@@ -26,11 +26,11 @@ class EdgeVoxels {
   template <class Take>
   void each_gradient(std::uint64_t z, Take&& take) const;
 
-  const volumes::VolumeInfo info_;
-  volumes::SlabReader reader_;
+  const VolumeInfo info_;
+  SlabReader reader_;
   const std::byte* planes_ = nullptr;
   std::uint64_t first_plane_ = 0;
   double threshold_;
 };
 
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace cvr::experiments {
+namespace cvr::volumes {
 
 class Magnitudes {
  public:
@@ -35,4 +35,4 @@ class Magnitudes {
   std::uint64_t total_ = 0;
 };
 
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes

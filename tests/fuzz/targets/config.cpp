@@ -1,5 +1,5 @@
 // A configuration, over the catalogue of configs/datasets.
-#include "experiments/config/config.hpp"
+#include "experiments/analysis/load_config.hpp"
 
 #include "tests/fuzz/input_files.hpp"
 

@@ -2,7 +2,7 @@
 // parameters of a codec.
 #include "codecs/registry.hpp"
 #include "experiments/cli/run_choices.hpp"
-#include "experiments/config/config.hpp"
+#include "experiments/analysis/load_config.hpp"
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(settings, input) {

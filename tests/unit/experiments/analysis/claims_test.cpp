@@ -1,5 +1,6 @@
 // Claims: each verdict, each form, at the edges of bounds, intervals and tolerances; and mistakes
 // in their YAML.
+#include "experiments/analysis/load_config.hpp"
 #include "experiments/analysis/claims.hpp"
 
 #include <gmock/gmock.h>

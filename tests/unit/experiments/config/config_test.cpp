@@ -1,6 +1,6 @@
 // Configurations: every mistake is an error with its line and column; products expand in a fixed
 // order.
-#include "experiments/config/config.hpp"
+#include "experiments/analysis/load_config.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "experiments/config/config.hpp"
+#include "experiments/analysis/load_config.hpp"
 #include "experiments/config/scene_file.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/scratch_folder.hpp"

@@ -6,16 +6,12 @@
 
 #include "volumes/metrics/error_sink.hpp"
 
-namespace cvr::experiments {
+namespace cvr::volumes {
 namespace {
-
-using volumes::Extent;
-using volumes::Volume;
-using volumes::VoxelType;
 
 template <class T>
 Volume scalars(const Extent& extent, VoxelType type, T (*value)(std::uint64_t x, std::uint64_t y, std::uint64_t z)) {
-  Volume volume({.extent = extent, .type = type, .kind = volumes::VolumeKind::kScalars, .voxel_unit = {}});
+  Volume volume({.extent = extent, .type = type, .kind = VolumeKind::kScalars, .voxel_unit = {}});
   for (std::uint64_t i = 0; i < extent.voxels(); ++i)
     volume.voxels<T>()[i] = value(i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y));
   return volume;
@@ -26,7 +22,7 @@ void feed(ErrorSink& sink, const Volume& decoded, std::uint64_t depth) {
   const Extent& e = decoded.extent();
   for (std::uint64_t z = 0; z < e.z; z += depth) {
     const std::uint64_t end = std::min(e.z, z + depth);
-    volumes::MemorySource(decoded).read({{0, 0, z}, {e.x, e.y, end - z}}, sink.begin(z, end));
+    MemorySource(decoded).read({{0, 0, z}, {e.x, e.y, end - z}}, sink.begin(z, end));
     sink.end(z, end);
   }
 }
@@ -36,7 +32,7 @@ std::uint8_t step(std::uint64_t x, std::uint64_t, std::uint64_t) { return x < 10
 
 TEST(ErrorSink, EqualVolumesAreExactAndHaveNoPsnr) {
   const Volume volume = scalars<std::uint8_t>({20, 10, 10}, VoxelType::kU8, step);
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   ErrorSink sink(truth);
   feed(sink, volume, 4);
   const Row row = describe_errors(sink);
@@ -54,7 +50,7 @@ TEST(ErrorSink, KnownErrorsForAnySlabsAndThreads) {
   Volume decoded = volume;
   decoded.voxels<std::uint8_t>()[volume.extent().index({9, 3, 4})] += 10;   // an edge
   decoded.voxels<std::uint8_t>()[volume.extent().index({0, 0, 9})] -= 30;   // none
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   for (const auto& [threads, depth] : {std::pair{1u, 10u}, {3u, 1u}, {2u, 7u}}) {
     ErrorSink sink(truth, threads);
     feed(sink, decoded, depth);
@@ -78,7 +74,7 @@ TEST(ErrorSink, TellsTheWorstTimeStep) {
   Volume decoded = volume;
   decoded.voxels<std::uint8_t>()[volume.extent().index({1, 1, 1})] += 4;
   decoded.voxels<std::uint8_t>()[volume.extent().index({1, 1, 6})] += 12;
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   for (const auto& [threads, depth] : {std::pair{1u, 12u}, {3u, 1u}, {2u, 5u}}) {
     ErrorSink sink(truth, threads);
     feed(sink, decoded, depth);
@@ -94,7 +90,7 @@ TEST(ErrorSink, TellsTheWorstTimeStep) {
   feed(exact, volume, 4);
   EXPECT_TRUE(describe_errors(exact)["worst_step_psnr_db"].is_null());
   volume.info().time_steps = 1;
-  const volumes::MemorySource one_step(volume);
+  const MemorySource one_step(volume);
   ErrorSink single(one_step);
   feed(single, decoded, 4);
   EXPECT_FALSE(describe_errors(single).contains("time_steps"));
@@ -105,7 +101,7 @@ TEST(ErrorSink, EdgesAreTheSteepestFiveInAHundred) {
   const Volume volume = scalars<std::uint16_t>({100, 4, 3}, VoxelType::kU16, [](std::uint64_t x, std::uint64_t, std::uint64_t) {
     return static_cast<std::uint16_t>(x * x);
   });
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   EdgeVoxels edges(truth, 2);
   EXPECT_NEAR(std::sqrt(edges.threshold()), 2 * 95, 0.2);  // x = 95 .. 99, of which the last has 197
   std::vector<std::uint8_t> marks(400);
@@ -119,7 +115,7 @@ TEST(ErrorSink, ConstantVolumesHaveNoEdges) {
       scalars<std::uint8_t>({5, 1, 6}, VoxelType::kU8, [](std::uint64_t, std::uint64_t, std::uint64_t) { return std::uint8_t{7}; });
   Volume decoded = volume;
   decoded.voxels<std::uint8_t>()[0] = 8;
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   ErrorSink sink(truth);
   feed(sink, decoded, 6);
   EXPECT_EQ(sink.edge_voxels(), 0u);
@@ -136,7 +132,7 @@ TEST(ErrorSink, NonFiniteVoxelsOfTheOriginalAreCountedAndLeftOut) {
   Volume decoded = volume;
   decoded.voxels<float>()[5] = 1e20F;
   decoded.voxels<float>()[10] += 0.5F;
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   ErrorSink sink(truth);
   feed(sink, decoded, 2);
   EXPECT_EQ(sink.non_finite(), 2u);
@@ -151,7 +147,7 @@ TEST(ErrorSink, DecodedVoxelsThatAreNoNumbersAreInfinitelyWrong) {
                                        [](std::uint64_t x, std::uint64_t, std::uint64_t) { return static_cast<float>(x); });
   Volume decoded = volume;
   decoded.voxels<float>()[4] = std::numeric_limits<float>::quiet_NaN();
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   ErrorSink sink(truth);
   feed(sink, decoded, 2);
   EXPECT_TRUE(std::isinf(sink.largest_error()));
@@ -169,7 +165,7 @@ TEST(ErrorSink, RelativeErrorsOfFloats) {
   Volume decoded = volume;
   for (std::uint64_t x = 0; x < 100; ++x)
     decoded.voxels<float>()[x] *= 1 + static_cast<float>(x + 1) / 100;
-  const volumes::MemorySource truth(volume);
+  const MemorySource truth(volume);
   ErrorSink sink(truth, 2);
   feed(sink, decoded, 1);
   EXPECT_NEAR(sink.relative_error(0.5).value(), 0.50, 0.001);
@@ -178,4 +174,4 @@ TEST(ErrorSink, RelativeErrorsOfFloats) {
 }
 
 }  // namespace
-}  // namespace cvr::experiments
+}  // namespace cvr::volumes
