@@ -31,7 +31,9 @@ class BitWriter {
 class BitReader {
  public:
   explicit BitReader(std::span<const std::uint32_t> words, std::uint64_t position = 0)
-      : words_(words.data()), end_(32 * static_cast<std::uint64_t>(words.size())), position_(position) {}
+      : words_(words.data()),
+        end_(32 * static_cast<std::uint64_t>(words.size())),
+        position_(position) {}
   std::uint32_t get(unsigned count) {
     if (count == 0) return 0;
     if (count > end_ - position_ || failed_) {
@@ -41,7 +43,8 @@ class BitReader {
     const std::uint64_t word = position_ / 32;
     std::uint64_t both = words_[word];
     if (position_ % 32 + count > 32) both |= std::uint64_t{words_[word + 1]} << 32;
-    const auto value = static_cast<std::uint32_t>(both >> (position_ % 32)) & (~std::uint32_t{0} >> (32 - count));
+    const auto value =
+        static_cast<std::uint32_t>(both >> (position_ % 32)) & (~std::uint32_t{0} >> (32 - count));
     position_ += count;
     return value;
   }

@@ -1,4 +1,5 @@
-// Reading and writing little-endian fields of streams: the writer checks every narrowing, the reader never leaves its bytes.
+// Reading and writing little-endian fields of streams: the writer checks every narrowing, the
+// reader never leaves its bytes.
 #pragma once
 
 #include <cstring>
@@ -13,21 +14,21 @@
 
 namespace cvr::codecs {
 
-/// The one way in which a size becomes a smaller stored type. Throws std::overflow_error: formats check their limits before.
+/// The one way in which a size becomes a smaller stored type. Throws std::overflow_error: formats
+/// check their limits before.
 template <class To, class From>
 To narrow(From value) {
   static_assert(std::is_unsigned_v<To> && std::is_unsigned_v<From>);
-  if (value > std::numeric_limits<To>::max()) throw std::overflow_error("a size does not fit its field");
+  if (value > std::numeric_limits<To>::max())
+    throw std::overflow_error("a size does not fit its field");
   return static_cast<To>(value);
 }
 
 class ByteWriter {
  public:
   template <class T>
-    requires std::is_arithmetic_v<T>
-  void put(T value) {
-    bytes_.append(&value, sizeof value);
-  }
+  requires std::is_arithmetic_v<T>
+  void put(T value) { bytes_.append(&value, sizeof value); }
   void text(std::string_view text) { bytes_.append(text.data(), text.size()); }
   void append(std::span<const std::byte> bytes) { bytes_.append(bytes); }
   /// Zeros up to the next multiple of `alignment`.
@@ -46,10 +47,10 @@ class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
   template <class T>
-    requires std::is_arithmetic_v<T>
-  T get() {
+  requires std::is_arithmetic_v<T> T get() {
     T value{};
-    if (const auto source = take(sizeof value); source.size() == sizeof value) std::memcpy(&value, source.data(), sizeof value);
+    if (const auto source = take(sizeof value); source.size() == sizeof value)
+      std::memcpy(&value, source.data(), sizeof value);
     return value;
   }
   std::string text(std::size_t length) {

@@ -14,10 +14,12 @@
 //   72  3 x f64  voxel size x, y, z
 //       u64      of versions 2 and 3: time steps, of version 2 at least 2, which divide extent z
 //       3 x f64  of version 3: offset x, y, z
-//   96  (of version 2: 104, of version 3: 128) three strings (u16 length, bytes): codec id, parameters in canonical form, voxel unit; zeros up
+//   96  (of version 2: 104, of version 3: 128) three strings (u16 length, bytes): codec id,
+//   parameters in canonical form, voxel unit; zeros up
 //       to a multiple of 8
 //   H-80  u64      published bytes (see Payload)
-//   H-72  9 x u64  the breakdown in the order of ByteClass; the whole header counts as kHeader; sums to H + P
+//   H-72  9 x u64  the breakdown in the order of ByteClass; the whole header counts as kHeader;
+//   sums to H + P
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
-// What is known of codecs without encoding: the memory that their work takes and the time of a voxel,
-// to plan runs by. One entry a codec in estimates.cpp.
+// What is known of codecs without encoding: the memory that their work takes and the time of a
+// voxel, to plan runs by. One entry a codec in estimates.cpp.
 #pragma once
 
 #include "codecs/container.hpp"
@@ -17,7 +17,8 @@ struct MemoryEstimate {
   double levels = 1;       ///< of detail
 };
 
-/// `info` is what the codec accepts; parameters are its own. Of a codec without an entry it guesses.
+/// `info` is what the codec accepts; parameters are its own. Of a codec without an entry it
+/// guesses.
 MemoryEstimate estimate_memory(const Codec& codec, const VolumeInfo& info,
                                const Parameters& parameters, unsigned threads);
 

@@ -1,7 +1,8 @@
-// What a GPU needs to decode single scalars of an opened stream: buffers, the name of a decoder text, and its constants.
+// What a GPU needs to decode single scalars of an opened stream: buffers, the name of a decoder
+// text, and its constants.
 //
-// The renderer of scalars knows no codec by name: it uploads the buffers in their order, includes shaders/scalars/<decoder>.glsl
-// and calls cvr_sample(voxel) (shaders/scalars/README.md).
+// The renderer of scalars knows no codec by name: it uploads the buffers in their order, includes
+// shaders/scalars/<decoder>.glsl and calls cvr_sample(voxel) (shaders/scalars/README.md).
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,9 @@ namespace cvr::codecs {
 
 struct GpuSamples {
   std::string decoder;  ///< shaders/scalars/<decoder>.glsl
-  std::vector<std::pair<std::string, std::uint32_t>> constants;  ///< become #defines before the text
-  std::vector<GpuBuffer> buffers;                                ///< at most 6; the text reads the i-th as CVR_BUFFER(i)
+  std::vector<std::pair<std::string, std::uint32_t>>
+      constants;                   ///< become #defines before the text
+  std::vector<GpuBuffer> buffers;  ///< at most 6; the text reads the i-th as CVR_BUFFER(i)
 };
 
 }  // namespace cvr::codecs

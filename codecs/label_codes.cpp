@@ -9,8 +9,9 @@ namespace cvr::codecs {
 
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 18;     // voxels that a worker takes at a time
-constexpr std::size_t kThinAbove = std::size_t{1} << 20;  // labels that are kept before the list is thinned
+constexpr std::size_t kPiece = std::size_t{1} << 18;  // voxels that a worker takes at a time
+constexpr std::size_t kThinAbove = std::size_t{1}
+                                   << 20;  // labels that are kept before the list is thinned
 
 constexpr std::size_t place(std::uint64_t label) { return (label * 0x9e3779b97f4a7c15u) >> 52; }
 
@@ -47,8 +48,10 @@ void DistinctLabels::add(unsigned worker, std::span<const T> labels) {
   Worker& own = workers_[worker];
   if constexpr (sizeof(T) <= 2) own.seen.resize(std::size_t{1} << (8 * sizeof(T)));
   const auto note = [&own](T label) {
-    if constexpr (sizeof(T) <= 2) own.seen[label] = 1;
-    else own.note(label);
+    if constexpr (sizeof(T) <= 2)
+      own.seen[label] = 1;
+    else
+      own.note(label);
   };
   // Many of the same label are skipped at once.
   constexpr std::size_t kAtOnce = 128 / sizeof(T);
@@ -75,11 +78,12 @@ void DistinctLabels::add(volumes::VoxelType type, std::span<const std::byte> vox
   volumes::with_label_type(type, [&]<class T>() {
     const std::size_t count = voxels.size() / sizeof(T);
     const std::size_t pieces = (count + kPiece - 1) / kPiece;
-    volumes::parallel_for(static_cast<unsigned>(workers_.size()), pieces, [&](unsigned worker, std::uint64_t i) {
-      const std::size_t first = i * kPiece;
-      const std::size_t n = std::min(kPiece, count - first);
-      add<T>(worker, {reinterpret_cast<const T*>(voxels.data()) + first, n});
-    });
+    volumes::parallel_for(static_cast<unsigned>(workers_.size()), pieces,
+                          [&](unsigned worker, std::uint64_t i) {
+                            const std::size_t first = i * kPiece;
+                            const std::size_t n = std::min(kPiece, count - first);
+                            add<T>(worker, {reinterpret_cast<const T*>(voxels.data()) + first, n});
+                          });
   });
 }
 
@@ -104,7 +108,8 @@ template void DistinctLabels::add(unsigned, std::span<const std::uint64_t>);
 
 void assign_codes(const std::vector<std::uint64_t>& labels, GpuEncoding& encoding) {
   const bool wide = !labels.empty() && labels.back() > UINT32_MAX;
-  encoding.constants.emplace_back("CVR_REMAP_SIZE", wide ? static_cast<std::uint32_t>(labels.size()) : 0u);
+  encoding.constants.emplace_back("CVR_REMAP_SIZE",
+                                  wide ? static_cast<std::uint32_t>(labels.size()) : 0u);
   encoding.codes.resize(labels.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     encoding.codes[i] = static_cast<std::uint32_t>(wide ? i : labels[i]);
@@ -117,6 +122,8 @@ void assign_codes(const std::vector<std::uint64_t>& labels, GpuEncoding& encodin
   encoding.buffers.push_back({"remap", remap->bytes(), remap});
 }
 
-bool is_brick_edge(std::uint32_t edge) { return std::has_single_bit(edge) && edge >= 2 && edge <= 64; }
+bool is_brick_edge(std::uint32_t edge) {
+  return std::has_single_bit(edge) && edge >= 2 && edge <= 64;
+}
 
 }  // namespace cvr::codecs

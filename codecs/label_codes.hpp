@@ -1,8 +1,8 @@
 // Which labels a volume has, and the 32-bit codes that stand for them on a GPU.
 //
-// Segmented volumes repeat labels in runs and in neighbouring rows: a worker skips what equals the last label, then what its
-// small direct-mapped cache has seen, and keeps the rest in a list that is sorted and thinned when it has doubled. Labels of one or two
-// bytes have a mark each.
+// Segmented volumes repeat labels in runs and in neighbouring rows: a worker skips what equals the
+// last label, then what its small direct-mapped cache has seen, and keeps the rest in a list that
+// is sorted and thinned when it has doubled. Labels of one or two bytes have a mark each.
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ class DistinctLabels {
     std::vector<std::uint64_t> cache;  ///< label seen last in each place
     std::vector<std::uint64_t> labels;
     std::vector<std::uint8_t> seen;  ///< of labels of one or two bytes, in place of the list
-    std::size_t thinned = 0;  ///< labels after the last thinning
+    std::size_t thinned = 0;         ///< labels after the last thinning
     void note(std::uint64_t label);
     void thin();
   };
@@ -42,7 +42,8 @@ class DistinctLabels {
 /// Throws the voxels away and keeps their labels.
 class LabelSink final : public volumes::SlabSink {
  public:
-  LabelSink(const volumes::VolumeInfo& info, DistinctLabels& labels) : info_(info), labels_(labels) {}
+  LabelSink(const volumes::VolumeInfo& info, DistinctLabels& labels)
+      : info_(info), labels_(labels) {}
   std::uint64_t preferred_depth() const override { return 64; }
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override {
     slab_.resize((z1 - z0) * info_.extent.x * info_.extent.y * size_of(info_.type));
@@ -56,8 +57,9 @@ class LabelSink final : public volumes::SlabSink {
   volumes::Buffer slab_;
 };
 
-/// Sets codes and remap from all labels of a volume, ascending: the labels themselves if all fit in 32 bits; else their places
-/// in the list, which becomes the next buffer ("remap"). Adds the constant CVR_REMAP_SIZE, 0 without remap.
+/// Sets codes and remap from all labels of a volume, ascending: the labels themselves if all fit in
+/// 32 bits; else their places in the list, which becomes the next buffer ("remap"). Adds the
+/// constant CVR_REMAP_SIZE, 0 without remap.
 void assign_codes(const std::vector<std::uint64_t>& labels, GpuEncoding& encoding);
 
 /// Whether texts without bricks of their own serve this brick edge: a power of two, 2..64.

@@ -1,5 +1,6 @@
-// Codec parameters: each codec declares names, types, defaults and ranges; the command line, the YAML check and the lists are
-// made from these declarations. On the command line and in files a parameter is written `name=value`.
+// Codec parameters: each codec declares names, types, defaults and ranges; the command line, the
+// YAML check and the lists are made from these declarations. On the command line and in files a
+// parameter is written `name=value`.
 #pragma once
 
 #include <array>
@@ -39,17 +40,21 @@ std::string describe_range(const ParameterSpec& spec);
 class Parameters {
  public:
   Parameters() = default;
-  /// Reads "name=value" strings; what is not named takes its default. Fails on unknown names, repeated names, malformed
-  /// values and values out of range, naming the parameter and what is allowed.
-  static volumes::Expected<Parameters> parse(std::span<const ParameterSpec> specs, std::span<const std::string> assignments);
+  /// Reads "name=value" strings; what is not named takes its default. Fails on unknown names,
+  /// repeated names, malformed values and values out of range, naming the parameter and what is
+  /// allowed.
+  static volumes::Expected<Parameters> parse(std::span<const ParameterSpec> specs,
+                                             std::span<const std::string> assignments);
 
   std::int64_t integer(std::string_view name) const;
   std::array<std::uint32_t, 3> triple(std::string_view name) const;
   const std::string& text(std::string_view name) const;
 
-  /// "brick=32;delta=0", in the order of the names: the form that the envelope stores and that identifies a cell.
+  /// "brick=32;delta=0", in the order of the names: the form that the envelope stores and that
+  /// identifies a cell.
   std::string canonical() const;
-  /// The same for readers: what differs from the defaults; "defaults" where nothing does, "" where nothing is declared.
+  /// The same for readers: what differs from the defaults; "defaults" where nothing does, "" where
+  /// nothing is declared.
   std::string changes(std::span<const ParameterSpec> specs) const;
   /// The values by name, as canonical text.
   const std::map<std::string, std::string, std::less<>>& values() const { return values_; }

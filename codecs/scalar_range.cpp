@@ -63,7 +63,8 @@ Expected<ScalarRange> finite_range(const VolumeSource& source, unsigned threads)
     for (std::uint64_t z = 0; z < planes.size(); ++z) {
       const PlaneFacts& facts = planes[z];
       if (facts.others > 0 && others == 0)
-        first_other = {facts.first_other % info.extent.x, facts.first_other / info.extent.x, z0 + z};
+        first_other = {facts.first_other % info.extent.x, facts.first_other / info.extent.x,
+                       z0 + z};
       others += facts.others;
       if (facts.finite == 0) continue;
       range.minimum = finite == 0 ? facts.minimum : std::min(range.minimum, facts.minimum);
@@ -72,8 +73,11 @@ Expected<ScalarRange> finite_range(const VolumeSource& source, unsigned threads)
     }
   }
   if (others > 0) {
-    return fail(ErrorCode::kUnsupported, fmt::format("expected finite voxels, found {} that are NaN or infinite, the first at ({}, {}, {})",
-                                                     others, first_other.x, first_other.y, first_other.z));
+    return fail(
+        ErrorCode::kUnsupported,
+        fmt::format(
+            "expected finite voxels, found {} that are NaN or infinite, the first at ({}, {}, {})",
+            others, first_other.x, first_other.y, first_other.z));
   }
   return range;
 }

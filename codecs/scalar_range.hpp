@@ -1,4 +1,5 @@
-// What lossy codecs ask of the scalars of a volume before they encode it: their range, and that all of them are numbers.
+// What lossy codecs ask of the scalars of a volume before they encode it: their range, and that all
+// of them are numbers.
 #pragma once
 
 #include "codecs/codec.hpp"
@@ -9,11 +10,13 @@ struct ScalarRange {
   double minimum = 0, maximum = 0;
 };
 
-/// The least and the largest voxel of a scalar volume, in one pass over slabs of planes. Refuses a volume with NaN or infinite
-/// voxels (kUnsupported), naming how many there are and where the first one is.
+/// The least and the largest voxel of a scalar volume, in one pass over slabs of planes. Refuses a
+/// volume with NaN or infinite voxels (kUnsupported), naming how many there are and where the first
+/// one is.
 Expected<ScalarRange> finite_range(const VolumeSource& source, unsigned threads);
 
-/// The value `t` of the way from minimum to maximum, rounded to the nearest voxel of type T. `t` outside 0..1 and NaN are cut.
+/// The value `t` of the way from minimum to maximum, rounded to the nearest voxel of type T. `t`
+/// outside 0..1 and NaN are cut.
 template <class T>
 T voxel_at(const ScalarRange& range, double t) {
   const double cut = t >= 0 ? (t > 1 ? 1 : t) : 0;

@@ -24,10 +24,16 @@ volumes::Extent level_extent(const volumes::Extent& finest, unsigned lod) {
 
 struct DecodeProbe::Impl {
   Impl(Device& d, const codecs::GpuEncoding& e, const volumes::VolumeInfo& i)
-      : device(d), encoding(e), info(i), remap(e.remap.begin(), e.remap.end()), commands(d, sizeof(FrameConstants)) {}
+      : device(d),
+        encoding(e),
+        info(i),
+        remap(e.remap.begin(), e.remap.end()),
+        commands(d, sizeof(FrameConstants)) {}
 
   Kernel& kernel(DecodePath path);
-  std::uint32_t width(DecodePath path) const { return path == DecodePath::kShared ? device.limits().subgroup : kCellsWidth; }
+  std::uint32_t width(DecodePath path) const {
+    return path == DecodePath::kShared ? device.limits().subgroup : kCellsWidth;
+  }
 
   Device& device;
   codecs::GpuEncoding encoding;
@@ -56,10 +62,11 @@ Kernel& DecodeProbe::Impl::kernel(DecodePath path) {
   return *slot;
 }
 
-volumes::Expected<std::unique_ptr<DecodeProbe>> DecodeProbe::make(Device& device, const codecs::GpuEncoding& encoding,
-                                                                  const volumes::VolumeInfo& info) {
+volumes::Expected<std::unique_ptr<DecodeProbe>> DecodeProbe::make(
+    Device& device, const codecs::GpuEncoding& encoding, const volumes::VolumeInfo& info) {
   auto impl = std::make_unique<Impl>(device, encoding, info);
-  if (auto done = impl->allocations.upload(impl->encoding.buffers, impl->frame.encoding); !done) return tl::unexpected(done.error());
+  if (auto done = impl->allocations.upload(impl->encoding.buffers, impl->frame.encoding); !done)
+    return tl::unexpected(done.error());
   const volumes::Extent grid = volumes::ceil_div(info.extent, encoding.brick);
   for (int b = 0; b < 3; ++b) {
     impl->frame.extent[b] = static_cast<std::uint32_t>((&info.extent.x)[b]);
@@ -76,11 +83,15 @@ std::string DecodeProbe::refuses(DecodePath path) const {
   const DeviceLimits& limits = impl_->device.limits();
   if (path == DecodePath::kBricks) {
     if (!e.serial) return "no serial decoder";
-    return e.brick_loops > limits.loop_iterations ? "more loop iterations a brick than the driver runs" : "";
+    return e.brick_loops > limits.loop_iterations
+               ? "more loop iterations a brick than the driver runs"
+               : "";
   }
   if (!e.voxel_access) return "no access to single voxels";
   if (path == DecodePath::kCells) return "";
-  return e.shared_words == 0 ? "nothing to copy" : e.shared_words * 4 > limits.shared_memory ? "too large for shared memory" : "";
+  return e.shared_words == 0                         ? "nothing to copy"
+         : e.shared_words * 4 > limits.shared_memory ? "too large for shared memory"
+                                                     : "";
 }
 
 volumes::Expected<std::vector<std::uint64_t>> DecodeProbe::decode(DecodePath path, unsigned lod) {
@@ -97,15 +108,20 @@ volumes::Expected<std::vector<std::uint64_t>> DecodeProbe::decode(DecodePath pat
   const std::uint64_t groups =
       path == DecodePath::kShared ? grid.voxels() : (invocations + kCellsWidth - 1) / kCellsWidth;
   if (groups > my.device.limits().groups)
-    return volumes::fail(volumes::ErrorCode::kUnsupported, "the level needs more workgroups than the device's maxComputeWorkGroupCount");
+    return volumes::fail(
+        volumes::ErrorCode::kUnsupported,
+        "the level needs more workgroups than the device's maxComputeWorkGroupCount");
   my.commands.begin(std::as_bytes(std::span(&my.frame, 1)));
   my.commands.pass("decode");
-  const std::uint32_t turns = std::max(1u, my.device.limits().loop_iterations / 2 / (my.encoding.cell_loops + 1));
+  const std::uint32_t turns =
+      std::max(1u, my.device.limits().loop_iterations / 2 / (my.encoding.cell_loops + 1));
   const std::uint32_t part = path == DecodePath::kShared
-                                 ? static_cast<std::uint32_t>(std::min<std::uint64_t>(brick_cells, std::uint64_t{turns} * my.width(path)))
+                                 ? static_cast<std::uint32_t>(std::min<std::uint64_t>(
+                                       brick_cells, std::uint64_t{turns} * my.width(path)))
                                  : brick_cells;
   for (std::uint32_t first = 0; first < brick_cells; first += part)
-    my.commands.dispatch(my.kernel(path), static_cast<std::uint32_t>(groups), {lod, first, part, 0});
+    my.commands.dispatch(my.kernel(path), static_cast<std::uint32_t>(groups),
+                         {lod, first, part, 0});
   my.commands.submit();
 
   std::vector<std::uint32_t> codes(count);

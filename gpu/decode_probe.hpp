@@ -1,4 +1,5 @@
-// Decodes whole levels on the device and reads them back: the proof that a decoder text computes there what the codec computes here.
+// Decodes whole levels on the device and reads them back: the proof that a decoder text computes
+// there what the codec computes here.
 #pragma once
 
 #include <memory>
@@ -19,7 +20,8 @@ enum class DecodePath : std::uint8_t {
 class DecodeProbe {
  public:
   /// Uploads the encoding.
-  static volumes::Expected<std::unique_ptr<DecodeProbe>> make(Device& device, const codecs::GpuEncoding& encoding,
+  static volumes::Expected<std::unique_ptr<DecodeProbe>> make(Device& device,
+                                                              const codecs::GpuEncoding& encoding,
                                                               const volumes::VolumeInfo& info);
   ~DecodeProbe();
 

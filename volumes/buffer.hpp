@@ -1,7 +1,8 @@
 // An owned run of bytes that is not zeroed and grows in place.
 //
-// std::vector zero-fills and, when it grows, holds the old and the new copy at once. Encoded volumes reach gigabytes, so this
-// buffer uses realloc: large blocks are then remapped by the kernel and never exist twice.
+// std::vector zero-fills and, when it grows, holds the old and the new copy at once. Encoded
+// volumes reach gigabytes, so this buffer uses realloc: large blocks are then remapped by the
+// kernel and never exist twice.
 #pragma once
 
 #include <cstddef>
@@ -42,7 +43,8 @@ class Buffer {
 
   /// Grows or shrinks; bytes beyond the old size are undefined.
   void resize(std::size_t size) {
-    if (size > capacity_) reserve(size > capacity_ + capacity_ / 2 ? size : capacity_ + capacity_ / 2);
+    if (size > capacity_)
+      reserve(size > capacity_ + capacity_ / 2 ? size : capacity_ + capacity_ / 2);
     size_ = size;
   }
   void reserve(std::size_t capacity) {

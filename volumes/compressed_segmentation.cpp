@@ -1,11 +1,11 @@
 // The encoder of compressed_segmentation streams; layout in the header.
 //
-// One row of blocks (all blocks of one by, bz) at a time. A first pass reads its voxel rows in memory order
-// and finds the blocks of one label; only the others are visited again. Such a block is cut into runs along x
-// (a row equal to the row before shares its runs), each run looks its label up in a palette in order of
-// discovery, the palette is sorted, and the runs are packed: with v0, v1, ... the sorted indices of a row's
-// runs, the packed row is the XOR over runs of (v_i ^ v_i-1) * 0b...0001_0001 shifted to the run's start, so
-// that no voxel is touched alone.
+// One row of blocks (all blocks of one by, bz) at a time. A first pass reads its voxel rows in
+// memory order and finds the blocks of one label; only the others are visited again. Such a block
+// is cut into runs along x (a row equal to the row before shares its runs), each run looks its
+// label up in a palette in order of discovery, the palette is sorted, and the runs are packed: with
+// v0, v1, ... the sorted indices of a row's runs, the packed row is the XOR over runs of (v_i ^
+// v_i-1) * 0b...0001_0001 shifted to the run's start, so that no voxel is touched alone.
 #include "volumes/compressed_segmentation.hpp"
 
 #include <fmt/format.h>
@@ -35,7 +35,8 @@ std::uint64_t change_mask(const T* row, std::uint32_t n) {
       const auto equal = [row](int at) {
         const __m256i here = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + at));
         const __m256i next = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + at + 1));
-        return static_cast<unsigned>(_mm256_movemask_pd(_mm256_castsi256_pd(_mm256_cmpeq_epi64(here, next))));
+        return static_cast<unsigned>(
+            _mm256_movemask_pd(_mm256_castsi256_pd(_mm256_cmpeq_epi64(here, next))));
       };
       // Pairs 0..3, then pairs 3..6: every load stays within the eight voxels.
       const unsigned same = equal(0) | (equal(3) << 3);
@@ -49,7 +50,8 @@ std::uint64_t change_mask(const T* row, std::uint32_t n) {
       } else {
         lanes = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(row)));
       }
-      const __m256i before = _mm256_permutevar8x32_epi32(lanes, _mm256_setr_epi32(0, 0, 1, 2, 3, 4, 5, 6));
+      const __m256i before =
+          _mm256_permutevar8x32_epi32(lanes, _mm256_setr_epi32(0, 0, 1, 2, 3, 4, 5, 6));
       return ~static_cast<unsigned>(
                  _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, before)))) &
              0xffu;
@@ -114,9 +116,10 @@ class StreamEncoder {
           }
         }
         if (too_large_) {
-          return fail(ErrorCode::kTooLarge, fmt::format("a table offset needs more than 24 bits: a stream "
-                                                        "holds at most {} words before its last table",
-                                                        kMaxTableOffset));
+          return fail(ErrorCode::kTooLarge,
+                      fmt::format("a table offset needs more than 24 bits: a stream "
+                                  "holds at most {} words before its last table",
+                                  kMaxTableOffset));
         }
       }
     }
@@ -152,7 +155,8 @@ class StreamEncoder {
       for (std::uint64_t y = y0; y < y1; ++y) {
         const T* at = row(y, z);
         if (block_.x == 8) {
-          for (std::uint64_t bx = 0; bx < full; ++bx) any_[bx] |= difference(at + bx * 8, 8, first_[bx]);
+          for (std::uint64_t bx = 0; bx < full; ++bx)
+            any_[bx] |= difference(at + bx * 8, 8, first_[bx]);
         } else {
           for (std::uint64_t bx = 0; bx < full; ++bx)
             any_[bx] |= difference(at + bx * block_.x, block_.x, first_[bx]);
@@ -168,11 +172,13 @@ class StreamEncoder {
   /// Room for the largest values and table that a block can have.
   void make_room() {
     const std::uint64_t needed = 1 + end_ + block_.voxels() * 3;
-    if (out_.size() < needed) out_.resize(std::max<std::uint64_t>(needed, out_.size() + out_.size() / 2));
+    if (out_.size() < needed)
+      out_.resize(std::max<std::uint64_t>(needed, out_.size() + out_.size() / 2));
   }
   std::uint32_t* channel() { return out_.data() + 1; }
 
-  void put_header(std::uint64_t index, std::uint64_t table, std::uint32_t bits, std::uint64_t values) {
+  void put_header(std::uint64_t index, std::uint64_t table, std::uint32_t bits,
+                  std::uint64_t values) {
     too_large_ |= table >= kMaxTableOffset || values > 0xffffffffu;
     channel()[2 * index] = static_cast<std::uint32_t>(table) | (bits << 24);
     channel()[2 * index + 1] = static_cast<std::uint32_t>(values);
@@ -238,7 +244,8 @@ class StreamEncoder {
         } else {
           out->begin = count;
           runs_[count++] = {0, palette_.index_of(here[0])};
-          for (std::uint64_t changes = change_mask(here, width); changes != 0; changes &= changes - 1) {
+          for (std::uint64_t changes = change_mask(here, width); changes != 0;
+               changes &= changes - 1) {
             const auto x = static_cast<std::uint32_t>(std::countr_zero(changes));
             runs_[count++] = {x, palette_.index_of(here[x])};
           }
@@ -304,7 +311,8 @@ class StreamEncoder {
   template <unsigned kBits>
   void pack_rows(std::uint32_t* values) {
     constexpr std::uint64_t kOnes = ~std::uint64_t{0} / ((std::uint64_t{1} << kBits) - 1);
-    const std::uint64_t inside = width_ == 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << (kBits * width_)) - 1;
+    const std::uint64_t inside =
+        width_ == 8 ? ~std::uint64_t{0} : (std::uint64_t{1} << (kBits * width_)) - 1;
     values[(kBits * block_.voxels() + 31) / 32 - 1] = 0;
     auto* out = reinterpret_cast<std::byte*>(values);
     const Row* rows = rows_.data();
@@ -360,20 +368,24 @@ Expected<std::vector<std::uint32_t>> encode_compressed_segmentation(const LabelB
                                                                     const BlockSize& block) {
   const auto legal = [](std::uint32_t edge) { return edge >= 1 && edge <= kMaxBlockEdge; };
   if (!legal(block.x) || !legal(block.y) || !legal(block.z)) {
-    return fail(ErrorCode::kBadArgument, fmt::format("block: expected edges of 1..{}, found {},{},{}",
-                                                     kMaxBlockEdge, block.x, block.y, block.z));
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("block: expected edges of 1..{}, found {},{},{}", kMaxBlockEdge,
+                            block.x, block.y, block.z));
   }
-  // The headers lie before every table: whatever the labels, more headers than this cannot be addressed.
+  // The headers lie before every table: whatever the labels, more headers than this cannot be
+  // addressed.
   std::uint64_t headers = 2;
   const std::array edges{std::pair{box.extent.x, block.x}, std::pair{box.extent.y, block.y},
                          std::pair{box.extent.z, block.z}};
   for (const auto& [extent, edge] : edges) {
     const std::uint64_t blocks = extent / edge + (extent % edge != 0 ? 1 : 0);
     if (blocks != 0 && headers >= (kMaxTableOffset + blocks - 1) / blocks) {
-      return fail(ErrorCode::kTooLarge,
-                  fmt::format("a table offset needs more than 24 bits: the block headers of {} voxels alone "
-                              "reach {} words",
-                              to_string(box.extent), kMaxTableOffset));
+      return fail(
+          ErrorCode::kTooLarge,
+          fmt::format(
+              "a table offset needs more than 24 bits: the block headers of {} voxels alone "
+              "reach {} words",
+              to_string(box.extent), kMaxTableOffset));
     }
     headers *= blocks;
   }

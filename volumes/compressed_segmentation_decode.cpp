@@ -31,8 +31,9 @@ std::string describe(const Coordinate& position) {
 
 /// Writes the valid part of a block. Returns the OR of all labels, before they were narrowed to T.
 template <class T>
-std::uint64_t decode_block(const CompressedSegmentation& stream, const CompressedSegmentation::Block& header,
-                           const BlockSize& block, const Extent& valid, T* out, std::uint64_t row_stride,
+std::uint64_t decode_block(const CompressedSegmentation& stream,
+                           const CompressedSegmentation::Block& header, const BlockSize& block,
+                           const Extent& valid, T* out, std::uint64_t row_stride,
                            std::uint64_t plane_stride) {
   if (header.bits == 0) {
     const std::uint64_t label = stream.table_entry(header.table_offset, 0);
@@ -55,11 +56,12 @@ std::uint64_t decode_block(const CompressedSegmentation& stream, const Compresse
     return static_cast<Word>(stream.table_entry(header.table_offset, index));
   };
   if (block.x == 8 && header.bits <= 8) {
-    // A row is `bits` bytes. The table is copied so that no voxel reads it unaligned; entries behind its end
-    // are not used.
+    // A row is `bits` bytes. The table is copied so that no voxel reads it unaligned; entries
+    // behind its end are not used.
     std::array<Word, 256> table;
-    const std::uint64_t entries = std::min<std::uint64_t>(
-        std::uint64_t{1} << header.bits, (stream.channel().size() - header.table_offset) / kTableWords<T>);
+    const std::uint64_t entries =
+        std::min<std::uint64_t>(std::uint64_t{1} << header.bits,
+                                (stream.channel().size() - header.table_offset) / kTableWords<T>);
     for (std::uint64_t i = 0; i < entries; ++i) table[i] = entry(i);
     const auto* packed = reinterpret_cast<const std::byte*>(values);
     const std::uint32_t mask = (1u << header.bits) - 1;
@@ -103,19 +105,23 @@ std::uint64_t decode_block(const CompressedSegmentation& stream, const Compresse
 }  // namespace
 
 Expected<CompressedSegmentation> CompressedSegmentation::open(std::span<const std::uint32_t> words,
-                                                              const Extent& extent, const BlockSize& block,
+                                                              const Extent& extent,
+                                                              const BlockSize& block,
                                                               unsigned table_words) {
   const auto legal = [](std::uint32_t edge) { return edge >= 1 && edge <= kMaxBlockEdge; };
   if (!legal(block.x) || !legal(block.y) || !legal(block.z)) {
-    return fail(ErrorCode::kBadArgument, fmt::format("block: expected edges of 1..{}, found {},{},{}",
-                                                     kMaxBlockEdge, block.x, block.y, block.z));
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("block: expected edges of 1..{}, found {},{},{}", kMaxBlockEdge,
+                            block.x, block.y, block.z));
   }
   if (std::max({extent.x, extent.y, extent.z}) > kMaxExtent) {
-    return fail(ErrorCode::kTooLarge,
-                fmt::format("expected fewer than 2^32 voxels an axis, found {}", to_string(extent)));
+    return fail(
+        ErrorCode::kTooLarge,
+        fmt::format("expected fewer than 2^32 voxels an axis, found {}", to_string(extent)));
   }
   if (words.empty())
-    return fail(ErrorCode::kTruncated, "word 0: expected the channel offset, found the end of the stream");
+    return fail(ErrorCode::kTruncated,
+                "word 0: expected the channel offset, found the end of the stream");
   if (words[0] != 1)
     return fail(ErrorCode::kMalformed,
                 fmt::format("word 0: expected the channel offset 1, found {}", words[0]));
@@ -130,7 +136,9 @@ Expected<CompressedSegmentation> CompressedSegmentation::open(std::span<const st
     stream.edges_are_powers_ = stream.edges_are_powers_ && std::has_single_bit(sizes[i]);
   }
   stream.table_words_ = table_words;
-  const auto blocks = [](std::uint64_t n, std::uint32_t edge) { return n / edge + (n % edge != 0 ? 1 : 0); };
+  const auto blocks = [](std::uint64_t n, std::uint32_t edge) {
+    return n / edge + (n % edge != 0 ? 1 : 0);
+  };
   stream.grid_ = {blocks(extent.x, block.x), blocks(extent.y, block.y), blocks(extent.z, block.z)};
   std::uint64_t room = stream.channel_.size() / 2;
   for (const std::uint64_t n : {stream.grid_.x, stream.grid_.y, stream.grid_.z})
@@ -165,7 +173,8 @@ Expected<void> CompressedSegmentation::check_block(const Coordinate& position) c
                 fmt::format("{}: {} value words at offset {} leave the stream of {} words",
                             describe(position), value_words, header.value_offset, size));
   }
-  const std::uint64_t entries = header.table_offset > size ? 0 : (size - header.table_offset) / table_words_;
+  const std::uint64_t entries =
+      header.table_offset > size ? 0 : (size - header.table_offset) / table_words_;
   if (entries >= (std::uint64_t{1} << header.bits)) return {};
   std::uint64_t largest = 0;
   if (header.bits != 0) {
@@ -174,9 +183,10 @@ Expected<void> CompressedSegmentation::check_block(const Coordinate& position) c
     for (std::uint64_t z = 0; z < valid.z; ++z) {
       for (std::uint64_t y = 0; y < valid.y; ++y) {
         for (std::uint64_t x = 0; x < valid.x; ++x) {
-          const std::uint64_t bit = header.bits * (x + block_.x * (y + std::uint64_t{block_.y} * z));
-          largest = std::max<std::uint64_t>(largest,
-                                            (channel_[header.value_offset + bit / 32] >> (bit % 32)) & mask);
+          const std::uint64_t bit =
+              header.bits * (x + block_.x * (y + std::uint64_t{block_.y} * z));
+          largest = std::max<std::uint64_t>(
+              largest, (channel_[header.value_offset + bit / 32] >> (bit % 32)) & mask);
         }
       }
     }
@@ -187,7 +197,8 @@ Expected<void> CompressedSegmentation::check_block(const Coordinate& position) c
                           describe(position), largest, header.table_offset, size));
 }
 
-/// How many blocks from `index` on, at most `limit`, have one label and share its table: they are written as one, in longer rows.
+/// How many blocks from `index` on, at most `limit`, have one label and share its table: they are
+/// written as one, in longer rows.
 std::uint64_t CompressedSegmentation::uniform_run(std::uint64_t index, std::uint64_t limit) const {
   const Block first = block(index);
   if (first.bits != 0) return 1;
@@ -213,11 +224,11 @@ Expected<void> CompressedSegmentation::decode_layers(std::uint64_t begin, std::u
         if (run > 1) valid.x = std::min(run * block_.x, extent_.x - position.x * block_.x);
         T* voxels = out.labels + position.x * block_.x + position.y * block_.y * out.row_stride +
                     (position.z - begin) * block_.z * out.plane_stride;
-        const std::uint64_t seen =
-            decode_block(*this, block(index), block_, valid, voxels, out.row_stride, out.plane_stride);
+        const std::uint64_t seen = decode_block(*this, block(index), block_, valid, voxels,
+                                                out.row_stride, out.plane_stride);
         if (seen > std::numeric_limits<T>::max()) {
-          return fail(ErrorCode::kMalformed,
-                      fmt::format("{}: a label exceeds {} bits", describe(position), 8 * sizeof(T)));
+          return fail(ErrorCode::kMalformed, fmt::format("{}: a label exceeds {} bits",
+                                                         describe(position), 8 * sizeof(T)));
         }
       }
     }
@@ -226,18 +237,18 @@ Expected<void> CompressedSegmentation::decode_layers(std::uint64_t begin, std::u
 }
 
 template <class T>
-Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t> words, const LabelBox<T>& box,
-                                              const BlockSize& block) {
+Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t> words,
+                                              const LabelBox<T>& box, const BlockSize& block) {
   const auto stream = CompressedSegmentation::open(words, box.extent, block, kTableWords<T>);
   if (!stream) return tl::unexpected(stream.error());
   return stream->decode_layers(0, stream->grid().z, box);
 }
 
-#define CVR_INSTANTIATE(T)                                                                                   \
-  template Expected<void> CompressedSegmentation::decode_layers(std::uint64_t, std::uint64_t,                \
-                                                                const LabelBox<T>&) const;                   \
-  template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>, const LabelBox<T>&, \
-                                                         const BlockSize&);
+#define CVR_INSTANTIATE(T)                                                                    \
+  template Expected<void> CompressedSegmentation::decode_layers(std::uint64_t, std::uint64_t, \
+                                                                const LabelBox<T>&) const;    \
+  template Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t>,      \
+                                                         const LabelBox<T>&, const BlockSize&);
 CVR_INSTANTIATE(std::uint8_t)
 CVR_INSTANTIATE(std::uint16_t)
 CVR_INSTANTIATE(std::uint32_t)

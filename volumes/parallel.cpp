@@ -9,7 +9,8 @@
 
 namespace cvr::volumes {
 
-void parallel_for(unsigned threads, std::uint64_t count, const std::function<void(unsigned, std::uint64_t)>& body) {
+void parallel_for(unsigned threads, std::uint64_t count,
+                  const std::function<void(unsigned, std::uint64_t)>& body) {
   const auto workers = static_cast<unsigned>(std::min<std::uint64_t>(std::max(threads, 1u), count));
   if (workers <= 1) {
     for (std::uint64_t i = 0; i < count; ++i) body(0, i);

@@ -1,5 +1,6 @@
-// A parallel loop whose results never depend on the number of threads: which worker takes which index is not fixed, so bodies
-// write only what belongs to their index and use the worker number for scratch memory alone.
+// A parallel loop whose results never depend on the number of threads: which worker takes which
+// index is not fixed, so bodies write only what belongs to their index and use the worker number
+// for scratch memory alone.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +8,10 @@
 
 namespace cvr::volumes {
 
-/// Calls body(worker, index) once for every index < count, on `threads` >= 1 threads (worker < threads). The caller's thread is
-/// worker 0. Rethrows the first exception of a body after all workers have stopped.
-void parallel_for(unsigned threads, std::uint64_t count, const std::function<void(unsigned worker, std::uint64_t index)>& body);
+/// Calls body(worker, index) once for every index < count, on `threads` >= 1 threads (worker <
+/// threads). The caller's thread is worker 0. Rethrows the first exception of a body after all
+/// workers have stopped.
+void parallel_for(unsigned threads, std::uint64_t count,
+                  const std::function<void(unsigned worker, std::uint64_t index)>& body);
 
 }  // namespace cvr::volumes

@@ -44,9 +44,10 @@ void coarsen_planes(const T* finer, const Extent& fine, T* coarse) {
     if (row_count == 4) {
       for (; x + 2 <= fine.x; x += 2) {
         const std::array<T, 8> labels{rows[0][x], rows[0][x + 1], rows[1][x], rows[1][x + 1],
-                             rows[2][x], rows[2][x + 1], rows[3][x], rows[3][x + 1]};
+                                      rows[2][x], rows[2][x + 1], rows[3][x], rows[3][x + 1]};
         T differences = 0;
-        for (int i = 1; i < 8; ++i) differences = static_cast<T>(differences | (labels[i] ^ labels[0]));
+        for (int i = 1; i < 8; ++i)
+          differences = static_cast<T>(differences | (labels[i] ^ labels[0]));
         *coarse++ = differences == 0 ? labels[0] : most_frequent(labels, 8);
       }
     }
@@ -75,12 +76,14 @@ Volume coarser_level(const VolumeSource& finer, unsigned threads) {
   Volume coarse(info);
   const std::uint64_t fine_plane = fine.x * fine.y;
   const std::uint64_t coarse_plane = info.extent.x * info.extent.y;
-  const std::uint64_t pairs = std::max<std::uint64_t>(1, kSlabBytes / (2 * fine_plane * size_of(info.type)));
+  const std::uint64_t pairs =
+      std::max<std::uint64_t>(1, kSlabBytes / (2 * fine_plane * size_of(info.type)));
   SlabReader reader(finer);
   with_label_type(info.type, [&]<class T>() {
     for (std::uint64_t z0 = 0; z0 < info.extent.z; z0 += pairs) {
       const std::uint64_t z1 = std::min(z0 + pairs, info.extent.z);
-      const auto* labels = reinterpret_cast<const T*>(reader.read(2 * z0, std::min(2 * z1, fine.z)));
+      const auto* labels =
+          reinterpret_cast<const T*>(reader.read(2 * z0, std::min(2 * z1, fine.z)));
       parallel_for(threads, z1 - z0, [&](unsigned, std::uint64_t i) {
         const std::uint64_t planes = std::min<std::uint64_t>(2, fine.z - 2 * (z0 + i));
         coarsen_planes(labels + 2 * i * fine_plane, {fine.x, fine.y, planes},

@@ -32,7 +32,8 @@ Volume read_all(const VolumeSource& source) {
 }
 
 std::byte* VolumeSink::begin(std::uint64_t z0, std::uint64_t) {
-  return volume_.data() + z0 * volume_.extent().x * volume_.extent().y * size_of(volume_.info().type);
+  return volume_.data() +
+         z0 * volume_.extent().x * volume_.extent().y * size_of(volume_.info().type);
 }
 
 std::byte* CompareSink::begin(std::uint64_t z0, std::uint64_t z1) {

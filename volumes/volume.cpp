@@ -6,24 +6,34 @@ namespace cvr::volumes {
 
 std::size_t size_of(VoxelType type) {
   switch (type) {
-    case VoxelType::kU8: return 1;
+    case VoxelType::kU8:
+      return 1;
     case VoxelType::kU16:
-    case VoxelType::kI16: return 2;
+    case VoxelType::kI16:
+      return 2;
     case VoxelType::kU32:
-    case VoxelType::kF32: return 4;
-    case VoxelType::kU64: return 8;
+    case VoxelType::kF32:
+      return 4;
+    case VoxelType::kU64:
+      return 8;
   }
   return 0;
 }
 
 std::string_view name_of(VoxelType type) {
   switch (type) {
-    case VoxelType::kU8: return "u8";
-    case VoxelType::kU16: return "u16";
-    case VoxelType::kU32: return "u32";
-    case VoxelType::kU64: return "u64";
-    case VoxelType::kI16: return "i16";
-    case VoxelType::kF32: return "f32";
+    case VoxelType::kU8:
+      return "u8";
+    case VoxelType::kU16:
+      return "u16";
+    case VoxelType::kU32:
+      return "u32";
+    case VoxelType::kU64:
+      return "u64";
+    case VoxelType::kI16:
+      return "i16";
+    case VoxelType::kF32:
+      return "f32";
   }
   return "?";
 }
@@ -35,7 +45,9 @@ std::optional<VoxelType> voxel_type_from_name(std::string_view name) {
   return std::nullopt;
 }
 
-std::string_view name_of(VolumeKind kind) { return kind == VolumeKind::kLabels ? "labels" : "scalars"; }
+std::string_view name_of(VolumeKind kind) {
+  return kind == VolumeKind::kLabels ? "labels" : "scalars";
+}
 
 std::optional<VolumeKind> volume_kind_from_name(std::string_view name) {
   if (name == "labels") return VolumeKind::kLabels;
@@ -48,11 +60,14 @@ Extent ceil_div(const Extent& extent, std::uint64_t divisor) {
   return {up(extent.x), up(extent.y), up(extent.z)};
 }
 
-std::string to_string(const Extent& extent) { return fmt::format("{}x{}x{}", extent.x, extent.y, extent.z); }
+std::string to_string(const Extent& extent) {
+  return fmt::format("{}x{}x{}", extent.x, extent.y, extent.z);
+}
 
 std::uint64_t Volume::label(const Coordinate& c) const {
   const std::uint64_t index = info_.extent.index(c);
-  return with_label_type(info_.type, [&]<class T>() -> std::uint64_t { return voxels<T>()[index]; });
+  return with_label_type(info_.type,
+                         [&]<class T>() -> std::uint64_t { return voxels<T>()[index]; });
 }
 
 }  // namespace cvr::volumes

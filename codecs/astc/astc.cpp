@@ -1,6 +1,7 @@
-// ASTC (Nystad et al.: Adaptive Scalable Texture Compression, HPG 2012; Khronos Data Format Specification 1.3, section 23), 3D blocks of
-// one component by Arm's astcenc. Blocks are independent, so a run of them is given to the library as one image in which they stand side
-// by side, wherever they are in the volume.
+// ASTC (Nystad et al.: Adaptive Scalable Texture Compression, HPG 2012; Khronos Data Format
+// Specification 1.3, section 23), 3D blocks of one component by Arm's astcenc. Blocks are
+// independent, so a run of them is given to the library as one image in which they stand side by
+// side, wherever they are in the volume.
 #include "codecs/astc/astc.hpp"
 
 #include <fmt/format.h>
@@ -33,9 +34,13 @@ class AstcCoder final : public BlockCoder {
 
  public:
   AstcCoder(unsigned edge, int effort, const ScalarRange& range)
-      : edge_(edge), effort_(effort), range_(range), texels_(std::size_t{kRunBlocks} * edge * edge * edge * kComponents) {}
+      : edge_(edge),
+        effort_(effort),
+        range_(range),
+        texels_(std::size_t{kRunBlocks} * edge * edge * edge * kComponents) {}
 
-  Expected<std::uint64_t> encode(const std::byte* voxels, unsigned count, std::uint64_t* words) override {
+  Expected<std::uint64_t> encode(const std::byte* voxels, unsigned count,
+                                 std::uint64_t* words) override {
     if (!encoder_) encoder_ = astc::take_context({edge_, effort_});
     const T* from = reinterpret_cast<const T*>(voxels);
     each_texel(count, [&](Texel* texel, std::size_t voxel) {
@@ -46,26 +51,33 @@ class AstcCoder final : public BlockCoder {
       }
       texel[1] = texel[2] = texel[3] = texel[0];
     });
-    constexpr astcenc_swizzle kLuminance{ASTCENC_SWZ_R, ASTCENC_SWZ_R, ASTCENC_SWZ_R, ASTCENC_SWZ_1};
+    constexpr astcenc_swizzle kLuminance{ASTCENC_SWZ_R, ASTCENC_SWZ_R, ASTCENC_SWZ_R,
+                                         ASTCENC_SWZ_1};
     astcenc_image image = image_of(count);
-    const auto result = astcenc_compress_image(encoder_.get(), &image, &kLuminance, reinterpret_cast<std::uint8_t*>(words),
+    const auto result = astcenc_compress_image(encoder_.get(), &image, &kLuminance,
+                                               reinterpret_cast<std::uint8_t*>(words),
                                                std::size_t{count} * kBlockBytes, 0);
     astcenc_compress_reset(encoder_.get());
     if (result != ASTCENC_SUCCESS)
-      return fail(ErrorCode::kOutOfMemory, fmt::format("astcenc: {}", astcenc_get_error_string(result)));
+      return fail(ErrorCode::kOutOfMemory,
+                  fmt::format("astcenc: {}", astcenc_get_error_string(result)));
     return count * kBlockBytes / sizeof *words;
   }
 
-  Expected<void> decode(std::span<const std::byte> words, unsigned first, unsigned count, std::byte* voxels) override {
+  Expected<void> decode(std::span<const std::byte> words, unsigned first, unsigned count,
+                        std::byte* voxels) override {
     if (!decoder_) decoder_ = astc::take_context({edge_, astc::kDecodeOnly});
-    constexpr astcenc_swizzle kUnchanged{ASTCENC_SWZ_R, ASTCENC_SWZ_G, ASTCENC_SWZ_B, ASTCENC_SWZ_A};
+    constexpr astcenc_swizzle kUnchanged{ASTCENC_SWZ_R, ASTCENC_SWZ_G, ASTCENC_SWZ_B,
+                                         ASTCENC_SWZ_A};
     astcenc_image image = image_of(count);
-    const auto result =
-        astcenc_decompress_image(decoder_.get(), reinterpret_cast<const std::uint8_t*>(words.data()) + std::size_t{first} * kBlockBytes,
-                                 std::size_t{count} * kBlockBytes, &image, &kUnchanged, 0);
+    const auto result = astcenc_decompress_image(
+        decoder_.get(),
+        reinterpret_cast<const std::uint8_t*>(words.data()) + std::size_t{first} * kBlockBytes,
+        std::size_t{count} * kBlockBytes, &image, &kUnchanged, 0);
     astcenc_decompress_reset(decoder_.get());
     if (result != ASTCENC_SUCCESS)
-      return fail(ErrorCode::kOutOfMemory, fmt::format("astcenc: {}", astcenc_get_error_string(result)));
+      return fail(ErrorCode::kOutOfMemory,
+                  fmt::format("astcenc: {}", astcenc_get_error_string(result)));
     T* to = reinterpret_cast<T*>(voxels);
     each_texel(count, [&](const Texel* texel, std::size_t voxel) {
       if constexpr (kAsStored) {
@@ -93,8 +105,10 @@ class AstcCoder final : public BlockCoder {
   }
 
   astcenc_image image_of(unsigned count) {
-    for (unsigned z = 0; z < edge_; ++z) slices_[z] = texels_.data() + std::size_t{z} * count * edge_ * edge_ * kComponents;
-    return {count * edge_, edge_, edge_, kAsStored ? ASTCENC_TYPE_U8 : ASTCENC_TYPE_F32, slices_.data()};
+    for (unsigned z = 0; z < edge_; ++z)
+      slices_[z] = texels_.data() + std::size_t{z} * count * edge_ * edge_ * kComponents;
+    return {count * edge_, edge_, edge_, kAsStored ? ASTCENC_TYPE_U8 : ASTCENC_TYPE_F32,
+            slices_.data()};
   }
 
   unsigned edge_;
@@ -113,10 +127,14 @@ class AstcFormat final : public BlockFormat {
   std::uint64_t bits() const override { return 8 * kBlockBytes; }
   std::unique_ptr<BlockCoder> coder() const override {
     switch (type_) {
-      case VoxelType::kU8: return std::make_unique<AstcCoder<std::uint8_t>>(edge_, effort_, range_);
-      case VoxelType::kU16: return std::make_unique<AstcCoder<std::uint16_t>>(edge_, effort_, range_);
-      case VoxelType::kI16: return std::make_unique<AstcCoder<std::int16_t>>(edge_, effort_, range_);
-      default: return std::make_unique<AstcCoder<float>>(edge_, effort_, range_);
+      case VoxelType::kU8:
+        return std::make_unique<AstcCoder<std::uint8_t>>(edge_, effort_, range_);
+      case VoxelType::kU16:
+        return std::make_unique<AstcCoder<std::uint16_t>>(edge_, effort_, range_);
+      case VoxelType::kI16:
+        return std::make_unique<AstcCoder<std::int16_t>>(edge_, effort_, range_);
+      default:
+        return std::make_unique<AstcCoder<float>>(edge_, effort_, range_);
     }
   }
 
@@ -137,35 +155,40 @@ int effort_of(const std::string& name) {
 class AstcCodec final : public scalar_blocks::ScalarBlocksCodec {
  public:
   const Traits& traits() const override {
-    static const Traits kTraits{.id = "astc",
-                                .version = 1,
-                                .family = "astc",
-                                .summary = "ASTC by astcenc, the texture format: blocks of 3x3x3 to 6x6x6 in 128 bits",
-                                .lossless = false,
-                                .types = volumes::kScalarTypes,
-                                .access = Granularity::kBlock,
-                                .levels_of_detail = false,
-                                .stored_compressed = false,
-                                .front = scalar_blocks::kFront};
+    static const Traits kTraits{
+        .id = "astc",
+        .version = 1,
+        .family = "astc",
+        .summary = "ASTC by astcenc, the texture format: blocks of 3x3x3 to 6x6x6 in 128 bits",
+        .lossless = false,
+        .types = volumes::kScalarTypes,
+        .access = Granularity::kBlock,
+        .levels_of_detail = false,
+        .stored_compressed = false,
+        .front = scalar_blocks::kFront};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override {
-    static const std::array kParameters{ParameterSpec{.name = "edge",
-                                                      .type = ParameterType::kInteger,
-                                                      .default_value = "6",
-                                                      .choices = {6, 5, 4, 3},
-                                                      .description = "edge of a block in voxels: 0.59, 1.02, 2 or 4.74 bits a voxel"},
-                                        ParameterSpec{.name = "effort",
-                                                      .type = ParameterType::kText,
-                                                      .default_value = "fast",
-                                                      .names = {"fastest", "fast", "medium", "thorough"},
-                                                      .description = "of the encoder's search, by astcenc's presets"}};
+    static const std::array kParameters{
+        ParameterSpec{
+            .name = "edge",
+            .type = ParameterType::kInteger,
+            .default_value = "6",
+            .choices = {6, 5, 4, 3},
+            .description = "edge of a block in voxels: 0.59, 1.02, 2 or 4.74 bits a voxel"},
+        ParameterSpec{.name = "effort",
+                      .type = ParameterType::kText,
+                      .default_value = "fast",
+                      .names = {"fastest", "fast", "medium", "thorough"},
+                      .description = "of the encoder's search, by astcenc's presets"}};
     return kParameters;
   }
 
  protected:
-  std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters& parameters, const ScalarRange& range) const override {
-    return std::make_unique<AstcFormat>(type, static_cast<unsigned>(parameters.integer("edge")), effort_of(parameters.text("effort")), range);
+  std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters& parameters,
+                                            const ScalarRange& range) const override {
+    return std::make_unique<AstcFormat>(type, static_cast<unsigned>(parameters.integer("edge")),
+                                        effort_of(parameters.text("effort")), range);
   }
 };
 

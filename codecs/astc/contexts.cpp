@@ -51,10 +51,12 @@ Context take_context(const ContextKind& kind) {
   if (context == nullptr) {
     const bool decodes = kind.effort == kDecodeOnly;
     astcenc_config config;
-    const auto known = astcenc_config_init(ASTCENC_PRF_LDR, kind.edge, kind.edge, kind.edge,
-                                           decodes ? ASTCENC_PRE_FASTEST : static_cast<float>(kind.effort),
-                                           decodes ? ASTCENC_FLG_DECOMPRESS_ONLY : 0, &config);
-    if (known != ASTCENC_SUCCESS || astcenc_context_alloc(&config, 1, &context) != ASTCENC_SUCCESS) throw std::bad_alloc();
+    const auto known =
+        astcenc_config_init(ASTCENC_PRF_LDR, kind.edge, kind.edge, kind.edge,
+                            decodes ? ASTCENC_PRE_FASTEST : static_cast<float>(kind.effort),
+                            decodes ? ASTCENC_FLG_DECOMPRESS_ONLY : 0, &config);
+    if (known != ASTCENC_SUCCESS || astcenc_context_alloc(&config, 1, &context) != ASTCENC_SUCCESS)
+      throw std::bad_alloc();
   }
   return {context, GiveBack{kind}};
 }

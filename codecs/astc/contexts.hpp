@@ -1,5 +1,6 @@
-// astcenc's contexts. One is expensive to make (partition tables of the block size), serves one thread at a time, and depends on edge
-// and effort alone, so those that are not in use are kept for the next who asks: decoding single voxels could not be timed otherwise.
+// astcenc's contexts. One is expensive to make (partition tables of the block size), serves one
+// thread at a time, and depends on edge and effort alone, so those that are not in use are kept for
+// the next who asks: decoding single voxels could not be timed otherwise.
 #pragma once
 
 #include <memory>

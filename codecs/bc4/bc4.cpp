@@ -1,9 +1,10 @@
-// BC4 (RGTC1, unsigned), the format of the Khronos Data Format Specification 1.3, section 19.1: two endpoints of 8 bits and sixteen
-// 3-bit indices into a palette between them.
+// BC4 (RGTC1, unsigned), the format of the Khronos Data Format Specification 1.3, section 19.1: two
+// endpoints of 8 bits and sixteen 3-bit indices into a palette between them.
 //
-// The encoder starts from least and largest value, assigns each texel its nearest entry, fits the endpoints to the assignment by
-// least squares, and repeats while that helps; it does so with six values between the endpoints and with four and the constants 0
-// and 255, and keeps what has the smaller squared error.
+// The encoder starts from least and largest value, assigns each texel its nearest entry, fits the
+// endpoints to the assignment by least squares, and repeats while that helps; it does so with six
+// values between the endpoints and with four and the constants 0 and 255, and keeps what has the
+// smaller squared error.
 #include "codecs/bc4/bc4.hpp"
 
 #include <algorithm>
@@ -24,11 +25,13 @@ constexpr unsigned kRefinements = 4;
 
 using Palette = std::array<double, 8>;
 
-/// In units of 1/255. More than `second` in `first` means six values between them, else four and the constants.
+/// In units of 1/255. More than `second` in `first` means six values between them, else four and
+/// the constants.
 Palette palette_of(unsigned first, unsigned second) {
   Palette palette{static_cast<double>(first), static_cast<double>(second)};
   const unsigned steps = first > second ? 7 : 5;
-  for (unsigned i = 1; i < steps; ++i) palette[i + 1] = static_cast<double>((steps - i) * first + i * second) / steps;
+  for (unsigned i = 1; i < steps; ++i)
+    palette[i + 1] = static_cast<double>((steps - i) * first + i * second) / steps;
   if (steps == 5) {
     palette[6] = 0;
     palette[7] = 255;
@@ -45,7 +48,8 @@ struct Trial {
 Trial assign(const double* values, unsigned first, unsigned second, bool whole) {
   Trial trial{first, second, {}, 0};
   Palette palette = palette_of(first, second);
-  if (whole) std::ranges::transform(palette, palette.begin(), [](double p) { return std::floor(p + 0.5); });
+  if (whole)
+    std::ranges::transform(palette, palette.begin(), [](double p) { return std::floor(p + 0.5); });
   for (unsigned t = 0; t < kTexels; ++t) {
     double least = std::abs(values[t] - palette[0]);
     for (std::uint8_t i = 1; i < 8; ++i) {
@@ -59,9 +63,12 @@ Trial assign(const double* values, unsigned first, unsigned second, bool whole) 
   return trial;
 }
 
-unsigned to_endpoint(double value) { return static_cast<unsigned>(std::clamp(std::floor(value + 0.5), 0.0, 255.0)); }
+unsigned to_endpoint(double value) {
+  return static_cast<unsigned>(std::clamp(std::floor(value + 0.5), 0.0, 255.0));
+}
 
-/// Endpoints that fit the assignment of a trial best. The order of the endpoints, which tells the palettes apart, is kept.
+/// Endpoints that fit the assignment of a trial best. The order of the endpoints, which tells the
+/// palettes apart, is kept.
 std::pair<unsigned, unsigned> fit(const double* values, const Trial& trial) {
   const unsigned steps = trial.first > trial.second ? 7 : 5;
   double aa = 0, ab = 0, bb = 0, av = 0, bv = 0;
@@ -78,8 +85,10 @@ std::pair<unsigned, unsigned> fit(const double* values, const Trial& trial) {
   }
   const double determinant = aa * bb - ab * ab;
   if (determinant < 1e-9) return {trial.first, trial.second};
-  const unsigned first = to_endpoint((av * bb - bv * ab) / determinant), second = to_endpoint((bv * aa - av * ab) / determinant);
-  return (first > second) == (steps == 7) ? std::pair(first, second) : std::pair(trial.first, trial.second);
+  const unsigned first = to_endpoint((av * bb - bv * ab) / determinant),
+                 second = to_endpoint((bv * aa - av * ab) / determinant);
+  return (first > second) == (steps == 7) ? std::pair(first, second)
+                                          : std::pair(trial.first, trial.second);
 }
 
 Trial refine(const double* values, Trial best, bool whole) {
@@ -105,7 +114,8 @@ Trial encode_block(const double* values, bool whole) {
     inner_largest = std::max(inner_largest, values[t]);
   }
   if (inner_least > inner_largest) inner_least = inner_largest = 0;  // all are constants
-  const Trial other = refine(values, assign(values, to_endpoint(inner_least), to_endpoint(inner_largest), whole), whole);
+  const Trial other = refine(
+      values, assign(values, to_endpoint(inner_least), to_endpoint(inner_largest), whole), whole);
   return other.error < best.error ? other : best;
 }
 
@@ -120,21 +130,25 @@ class Bc4Coder final : public BlockCoder {
  public:
   explicit Bc4Coder(const ScalarRange& range) : range_(range) {}
 
-  Expected<std::uint64_t> encode(const std::byte* voxels, unsigned count, std::uint64_t* words) override {
+  Expected<std::uint64_t> encode(const std::byte* voxels, unsigned count,
+                                 std::uint64_t* words) override {
     double values[kTexels];
     for (unsigned k = 0; k < count; ++k) {
       const T* block = reinterpret_cast<const T*>(voxels) + k * kTexels;
-      std::transform(block, block + kTexels, values, [&](T voxel) { return 255 * position_in(range_, voxel); });
+      std::transform(block, block + kTexels, values,
+                     [&](T voxel) { return 255 * position_in(range_, voxel); });
       words[k] = to_word(encode_block(values, sizeof(T) == 1));
     }
     return count;
   }
 
-  Expected<void> decode(std::span<const std::byte> words, unsigned first, unsigned count, std::byte* voxels) override {
+  Expected<void> decode(std::span<const std::byte> words, unsigned first, unsigned count,
+                        std::byte* voxels) override {
     for (unsigned k = 0; k < count; ++k) {
       const std::uint64_t word = word_at(words, first + k);
       std::array<T, 8> entries;
-      std::ranges::transform(palette_of(word & 255, word >> 8 & 255), entries.begin(), [&](double p) { return voxel_of(p); });
+      std::ranges::transform(palette_of(word & 255, word >> 8 & 255), entries.begin(),
+                             [&](double p) { return voxel_of(p); });
       T* block = reinterpret_cast<T*>(voxels) + k * kTexels;
       for (unsigned t = 0; t < kTexels; ++t) block[t] = entries[word >> (16 + 3 * t) & 7];
     }
@@ -168,10 +182,14 @@ class Bc4Format final : public BlockFormat {
   std::uint64_t bits() const override { return 64; }
   std::unique_ptr<BlockCoder> coder() const override {
     switch (type_) {
-      case VoxelType::kU8: return std::make_unique<Bc4Coder<std::uint8_t>>(ScalarRange{0, 255});
-      case VoxelType::kU16: return std::make_unique<Bc4Coder<std::uint16_t>>(range_);
-      case VoxelType::kI16: return std::make_unique<Bc4Coder<std::int16_t>>(range_);
-      default: return std::make_unique<Bc4Coder<float>>(range_);
+      case VoxelType::kU8:
+        return std::make_unique<Bc4Coder<std::uint8_t>>(ScalarRange{0, 255});
+      case VoxelType::kU16:
+        return std::make_unique<Bc4Coder<std::uint16_t>>(range_);
+      case VoxelType::kI16:
+        return std::make_unique<Bc4Coder<std::int16_t>>(range_);
+      default:
+        return std::make_unique<Bc4Coder<float>>(range_);
     }
   }
 
@@ -183,22 +201,24 @@ class Bc4Format final : public BlockFormat {
 class Bc4Codec final : public scalar_blocks::ScalarBlocksCodec {
  public:
   const Traits& traits() const override {
-    static const Traits kTraits{.id = "bc4",
-                                .version = 1,
-                                .family = "bc4",
-                                .summary = "BC4, the texture format: slices in blocks of 4x4 at 4 bits a voxel",
-                                .lossless = false,
-                                .types = volumes::kScalarTypes,
-                                .access = Granularity::kVoxel,
-                                .levels_of_detail = false,
-                                .stored_compressed = false,
-                                .front = scalar_blocks::kFront};
+    static const Traits kTraits{
+        .id = "bc4",
+        .version = 1,
+        .family = "bc4",
+        .summary = "BC4, the texture format: slices in blocks of 4x4 at 4 bits a voxel",
+        .lossless = false,
+        .types = volumes::kScalarTypes,
+        .access = Granularity::kVoxel,
+        .levels_of_detail = false,
+        .stored_compressed = false,
+        .front = scalar_blocks::kFront};
     return kTraits;
   }
   std::span<const ParameterSpec> parameters() const override { return {}; }
 
  protected:
-  std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters&, const ScalarRange& range) const override {
+  std::unique_ptr<const BlockFormat> format(VoxelType type, const Parameters&,
+                                            const ScalarRange& range) const override {
     return std::make_unique<Bc4Format>(type, range);
   }
 };

@@ -15,8 +15,8 @@ Expected<WindowSize> window_size(const Parameters& parameters) {
   const WindowSize window{edges[0], edges[1], edges[2]};
   if (window.bits() > 64) {
     return fail(ErrorCode::kBadArgument,
-                fmt::format("parameter 'window': expected at most 64 voxels, found {},{},{}", window.x,
-                            window.y, window.z));
+                fmt::format("parameter 'window': expected at most 64 voxels, found {},{},{}",
+                            window.x, window.y, window.z));
   }
   return window;
 }
@@ -39,7 +39,8 @@ std::span<const ParameterSpec> window_parameter() {
   return kParameters;
 }
 
-Traits compresso_traits(std::string_view id, std::string_view summary, bool stored_compressed, std::vector<FrontPart> front) {
+Traits compresso_traits(std::string_view id, std::string_view summary, bool stored_compressed,
+                        std::vector<FrontPart> front) {
   return {.id = id,
           .version = 1,
           .family = "compresso",
@@ -113,19 +114,21 @@ class CompressoLzmaCodec final : public Codec {
     if (!window) return tl::unexpected(window.error());
     const auto size = general::xz_uncompressed_size(stream.payload);
     if (!size) return tl::unexpected(size.error());
-    // Per voxel at most one id or two location entries, one window and its word: no payload is larger.
+    // Per voxel at most one id or two location entries, one window and its word: no payload is
+    // larger.
     const std::uint64_t voxel = 2 * size_of(stream.info.type) + 8 + 8;
     if (*size > compresso::PayloadLayout::kHeaderBytes + stream.info.extent.voxels() * voxel) {
       return fail(ErrorCode::kMalformed,
-                  fmt::format("the xz stream announces {} bytes, more than {} voxels can take", *size,
-                              stream.info.extent.voxels()));
+                  fmt::format("the xz stream announces {} bytes, more than {} voxels can take",
+                              *size, stream.info.extent.voxels()));
     }
     Buffer payload;
     general::XzDecoder decoder(stream.payload);
     while (payload.size() < *size) {
       const std::size_t at = payload.size();
       payload.resize(at + std::min(kPieceBytes, *size - at));
-      if (auto ok = decoder.fill(payload.bytes().subspan(at)); !ok) return tl::unexpected(ok.error());
+      if (auto ok = decoder.fill(payload.bytes().subspan(at)); !ok)
+        return tl::unexpected(ok.error());
     }
     if (auto ok = decoder.finish(); !ok) return tl::unexpected(ok.error());
     auto inner = compresso::open_payload(stream.info, *window, payload.bytes());

@@ -1,8 +1,9 @@
-// The decoder: windows in order, then components, ids and locations of a batch of slices side by side.
+// The decoder: windows in order, then components, ids and locations of a batch of slices side by
+// side.
 //
-// The counts of components and locations of a slice follow from its boundary bits, so where its ids and
-// locations begin is known before any label is. open() checks the list of windows and their words completely;
-// whether ids, locations and boundary bits agree shows while decoding.
+// The counts of components and locations of a slice follow from its boundary bits, so where its ids
+// and locations begin is known before any label is. open() checks the list of windows and their
+// words completely; whether ids, locations and boundary bits agree shows while decoding.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -161,16 +162,17 @@ class VolumeDecoder {
     std::optional<std::pair<std::uint64_t, Error>> first;
     volumes::parallel_for(threads_, z1 - z0, [&](unsigned, std::uint64_t i) {
       const std::uint64_t z = z0 + i;
-      const auto done =
-          Resolver<T>(parts_, slice(z), z > 0 ? &slice(z - 1) : nullptr,
-                      z + 1 < extent_.z ? &slice(z + 1) : nullptr, ranges[i], out + i * extent_.x * extent_.y)
-              .resolve();
+      const auto done = Resolver<T>(parts_, slice(z), z > 0 ? &slice(z - 1) : nullptr,
+                                    z + 1 < extent_.z ? &slice(z + 1) : nullptr, ranges[i],
+                                    out + i * extent_.x * extent_.y)
+                            .resolve();
       if (done) return;
       const std::scoped_lock lock(mutex);
       if (!first || first->first > i) first.emplace(i, done.error());
     });
     if (first)
-      return fail(first->second.code, fmt::format("slice {}: {}", z0 + first->first, first->second.message));
+      return fail(first->second.code,
+                  fmt::format("slice {}: {}", z0 + first->first, first->second.message));
     while (base_ + 1 < z1) {
       spare_.push_back(std::move(slices_.front()));
       slices_.pop_front();
@@ -181,8 +183,9 @@ class VolumeDecoder {
 
   Expected<void> finish() const {
     if (next_id_ == parts_.id_count && next_location_ == parts_.location_count) return {};
-    return fail(ErrorCode::kMalformed, fmt::format("{} of {} ids and {} of {} locations are used", next_id_,
-                                                   parts_.id_count, next_location_, parts_.location_count));
+    return fail(ErrorCode::kMalformed,
+                fmt::format("{} of {} ids and {} of {} locations are used", next_id_,
+                            parts_.id_count, next_location_, parts_.location_count));
   }
 
  private:
@@ -208,8 +211,9 @@ class VolumeDecoder {
       Slice& s = slice(z);
       s.first_id = next_id_;
       if (s.components.count() > parts_.id_count - next_id_) {
-        return fail(ErrorCode::kMalformed, fmt::format("slice {}: {} components, {} ids are left", z,
-                                                       s.components.count(), parts_.id_count - next_id_));
+        return fail(ErrorCode::kMalformed,
+                    fmt::format("slice {}: {} components, {} ids are left", z, s.components.count(),
+                                parts_.id_count - next_id_));
       }
       next_id_ += s.components.count();
     }
@@ -235,7 +239,8 @@ class VolumeDecoder {
       if (run_ == 0) {
         const std::uint64_t word = parts_.word(next_word_++);
         if ((word & 1) == 0) {
-          scatter_window(parts_.window_value(word / 2), parts_.window, i % grid_.x, i / grid_.x, layer_);
+          scatter_window(parts_.window_value(word / 2), parts_.window, i % grid_.x, i / grid_.x,
+                         layer_);
           ++i;
           continue;
         }
@@ -253,9 +258,10 @@ class VolumeDecoder {
     LocationRange range{next_location_, next_location_};
     for (std::uint64_t i = 0; i < slice(z).location_voxels; ++i) {
       if (range.end >= parts_.location_count) {
-        return fail(ErrorCode::kMalformed,
-                    fmt::format("slice {}: expected {} locations, found the end of the list after {}", z,
-                                slice(z).location_voxels, i));
+        return fail(
+            ErrorCode::kMalformed,
+            fmt::format("slice {}: expected {} locations, found the end of the list after {}", z,
+                        slice(z).location_voxels, i));
       }
       range.end += load<T>(parts_.locations, range.end) == Location::kEscape ? 2 : 1;
     }
@@ -317,9 +323,10 @@ Expected<void> check_windows(const Parts& parts) {
   for (std::uint64_t i = 0; i < parts.window_count; ++i) {
     const std::uint64_t value = parts.window_value(i);
     if ((bits < 64 && value >> bits != 0) || (i > 0 && value <= parts.window_value(i - 1))) {
-      return fail(ErrorCode::kMalformed,
-                  fmt::format("window {}: expected {} bits, more than the window before, found {:#x}", i,
-                              bits, value));
+      return fail(
+          ErrorCode::kMalformed,
+          fmt::format("window {}: expected {} bits, more than the window before, found {:#x}", i,
+                      bits, value));
     }
   }
   const bool has_empty = parts.window_count > 0 && parts.window_value(0) == 0;
@@ -330,8 +337,9 @@ Expected<void> check_windows(const Parts& parts) {
     const bool is_run = (word & 1) != 0;
     const std::uint64_t covered = is_run ? word / 2 : 1;
     if (covered == 0 || covered > left || (is_run ? !has_empty : word / 2 >= parts.window_count)) {
-      return fail(ErrorCode::kMalformed,
-                  fmt::format("word {}: {:#x} is no window and no run of at most {}", i, word, left));
+      return fail(
+          ErrorCode::kMalformed,
+          fmt::format("word {}: {:#x} is no window and no run of at most {}", i, word, left));
     }
     left -= covered;
   }
@@ -361,7 +369,8 @@ Expected<std::unique_ptr<Decoder>> open_payload(const VolumeInfo& info, const Wi
     return fail(ErrorCode::kMalformed,
                 fmt::format("offset {}: expected words of {} bytes and a zero, found {} and {}",
                             PayloadLayout::kWordBytes, parts.window.word_bytes(parts.window_count),
-                            parts.word_size, load<std::uint32_t>(payload.data() + PayloadLayout::kZero, 0)));
+                            parts.word_size,
+                            load<std::uint32_t>(payload.data() + PayloadLayout::kZero, 0)));
   }
   const std::byte* at = payload.data() + PayloadLayout::kHeaderBytes;
   std::uint64_t left = payload.size() - PayloadLayout::kHeaderBytes;
@@ -373,18 +382,20 @@ Expected<std::unique_ptr<Decoder>> open_payload(const VolumeInfo& info, const Wi
       {"words", parts.word_count, parts.word_size, &parts.words}};
   for (const auto& [name, count, size, start] : sections) {
     if (count > left / size) {
-      return fail(ErrorCode::kTruncated,
-                  fmt::format("expected {} {} of {} bytes, found {} bytes", count, name, size, left));
+      return fail(ErrorCode::kTruncated, fmt::format("expected {} {} of {} bytes, found {} bytes",
+                                                     count, name, size, left));
     }
     *start = at;
     at += count * size;
     left -= count * size;
   }
-  if (left != 0) return fail(ErrorCode::kMalformed, fmt::format("{} bytes follow the payload", left));
+  if (left != 0)
+    return fail(ErrorCode::kMalformed, fmt::format("{} bytes follow the payload", left));
   // Every slice has an id or a location, so an extent of absurdly many slices ends here.
   if (info.extent.z > parts.id_count + parts.location_count) {
-    return fail(ErrorCode::kTruncated, fmt::format("expected ids and locations of {} slices, found {} and {}",
-                                                   info.extent.z, parts.id_count, parts.location_count));
+    return fail(ErrorCode::kTruncated,
+                fmt::format("expected ids and locations of {} slices, found {} and {}",
+                            info.extent.z, parts.id_count, parts.location_count));
   }
   if (auto ok = check_windows(parts); !ok) return tl::unexpected(ok.error());
   return std::make_unique<CompressoDecoder>(parts);

@@ -16,7 +16,8 @@ namespace {
 /// Slices that are encoded side by side; rounded up to whole windows.
 constexpr std::uint64_t kBatchSlices = 32;
 
-/// Three planes of labels and boundary bits around a slice; the outer ones are absent at the volume's ends.
+/// Three planes of labels and boundary bits around a slice; the outer ones are absent at the
+/// volume's ends.
 template <class T>
 struct Neighbourhood {
   const T* labels;
@@ -27,14 +28,15 @@ struct Neighbourhood {
   const BitPlane* above_bits;
 };
 
-/// The location of the unresolved boundary voxel (x, y). Its left and upper neighbours are boundary or
-/// outside.
+/// The location of the unresolved boundary voxel (x, y). Its left and upper neighbours are boundary
+/// or outside.
 template <class T>
 std::uint64_t neighbour_code(const Neighbourhood<T>& n, std::uint64_t x, std::uint64_t y) {
   const std::uint64_t width = n.bits->width();
   const std::uint64_t at = x + width * y;
   const T label = n.labels[at];
-  if (x + 1 < width && n.labels[at + 1] == label && !n.bits->test(x + 1, y)) return Location::kRight;
+  if (x + 1 < width && n.labels[at + 1] == label && !n.bits->test(x + 1, y))
+    return Location::kRight;
   if (y + 1 < n.bits->height() && n.labels[at + width] == label && !n.bits->test(x, y + 1))
     return Location::kDown;
   if (n.below_labels != nullptr && n.below_labels[at] == label && !n.below_bits->test(x, y))
@@ -119,8 +121,9 @@ class VolumeEncoder {
       const std::uint64_t z = z0 + i, at = z - lo;
       const bool below = z > 0, above = z + 1 < extent_.z;
       const T* here = labels + at * plane;
-      slices_[i].encode({here, below ? here - plane : nullptr, above ? here + plane : nullptr, &bits_[at],
-                         below ? &bits_[at - 1] : nullptr, above ? &bits_[at + 1] : nullptr});
+      slices_[i].encode({here, below ? here - plane : nullptr, above ? here + plane : nullptr,
+                         &bits_[at], below ? &bits_[at - 1] : nullptr,
+                         above ? &bits_[at + 1] : nullptr});
     });
     for (std::uint64_t i = 0; i < z1 - z0; ++i) {
       ids_.append(slices_[i].ids.data(), slices_[i].ids.size() * sizeof(T));
@@ -185,9 +188,11 @@ class VolumeEncoder {
 
 }  // namespace
 
-Expected<Payload> encode_payload(const VolumeSource& source, const WindowSize& window, unsigned threads) {
-  return volumes::with_label_type(
-      source.info().type, [&]<class T>() { return VolumeEncoder<T>(source, window, threads).encode(); });
+Expected<Payload> encode_payload(const VolumeSource& source, const WindowSize& window,
+                                 unsigned threads) {
+  return volumes::with_label_type(source.info().type, [&]<class T>() {
+    return VolumeEncoder<T>(source, window, threads).encode();
+  });
 }
 
 }  // namespace cvr::codecs::compresso

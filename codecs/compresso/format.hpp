@@ -3,7 +3,8 @@
 //   u64 ids, u64 windows, u64 locations, u64 words, u32 word bytes, u32 zero
 //   ids        the label of each component, slice by slice; as wide as a voxel
 //   windows    the distinct windows, ascending; the smallest of 1, 2, 4, 8 bytes that holds a window's bits
-//   locations  for each boundary voxel that no neighbour decides (slice.hpp), slice by slice, in raster order
+//   locations  for each boundary voxel that no neighbour decides (slice.hpp), slice by slice, in
+//   raster order
 //   words      the windows in raster order: 2 * index, or 2 * n + 1 for n times the window without boundary;
 //              as wide as a window (8 bytes for 8x8x1), or wider where the indices need it
 #pragma once
@@ -25,10 +26,10 @@ struct PayloadLayout {
   static constexpr std::uint64_t kHeaderBytes = 40;
 };
 
-/// Meaning of a location. A neighbour is named only where it is not boundary: its label is known from the ids
-/// alone, so that slices can be decoded side by side. The left and upper neighbours of a voxel that needs a
-/// location are boundary, so that 0 and 2, which the published format reserves for them, do not occur and are
-/// refused.
+/// Meaning of a location. A neighbour is named only where it is not boundary: its label is known
+/// from the ids alone, so that slices can be decoded side by side. The left and upper neighbours of
+/// a voxel that needs a location are boundary, so that 0 and 2, which the published format reserves
+/// for them, do not occur and are refused.
 struct Location {
   static constexpr std::uint64_t kLeft = 0;
   static constexpr std::uint64_t kRight = 1;
@@ -50,8 +51,8 @@ struct WindowSize {
   std::uint32_t bits() const { return x * y * z; }
   /// 1, 2, 4 or 8.
   std::uint32_t bytes() const { return std::bit_ceil((bits() + 7) / 8); }
-  /// Bytes of a word: as wide as a window, as in the published format, or wider where the indices of
-  /// `windows` need it.
+  /// Bytes of a word: as wide as a window, as in the published format, or wider where the indices
+  /// of `windows` need it.
   std::uint64_t word_bytes(std::uint64_t windows) const {
     std::uint64_t width = bytes();
     while (width < 8 && windows > largest_in_word(width) + 1) width *= 2;
@@ -75,7 +76,8 @@ T load(const std::byte* array, std::uint64_t index) {
 }
 
 /// Field `index` of an array of unsigned numbers of 1, 2, 4 or 8 bytes.
-inline std::uint64_t load_unsigned(const std::byte* array, std::uint64_t index, std::uint64_t bytes) {
+inline std::uint64_t load_unsigned(const std::byte* array, std::uint64_t index,
+                                   std::uint64_t bytes) {
   switch (bytes) {
     case 1:
       return load<std::uint8_t>(array, index);
@@ -88,7 +90,8 @@ inline std::uint64_t load_unsigned(const std::byte* array, std::uint64_t index, 
   }
 }
 
-Expected<Payload> encode_payload(const VolumeSource& source, const WindowSize& window, unsigned threads);
+Expected<Payload> encode_payload(const VolumeSource& source, const WindowSize& window,
+                                 unsigned threads);
 Expected<std::unique_ptr<Decoder>> open_payload(const VolumeInfo& info, const WindowSize& window,
                                                 std::span<const std::byte> payload);
 

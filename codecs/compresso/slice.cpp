@@ -42,11 +42,14 @@ std::uint64_t differences(const T* a, const T* b) {
     } else if constexpr (sizeof(T) == 2) {
       // One byte a label, put back in order after the packing within halves.
       const __m256i packed = _mm256_packs_epi16(equal(a + i, b + i), _mm256_setzero_si256());
-      bits = static_cast<std::uint16_t>(_mm256_movemask_epi8(_mm256_permute4x64_epi64(packed, 0xd8)));
+      bits =
+          static_cast<std::uint16_t>(_mm256_movemask_epi8(_mm256_permute4x64_epi64(packed, 0xd8)));
     } else if constexpr (sizeof(T) == 4) {
-      bits = static_cast<std::uint8_t>(_mm256_movemask_ps(_mm256_castsi256_ps(equal(a + i, b + i))));
+      bits =
+          static_cast<std::uint8_t>(_mm256_movemask_ps(_mm256_castsi256_ps(equal(a + i, b + i))));
     } else {
-      bits = static_cast<std::uint8_t>(_mm256_movemask_pd(_mm256_castsi256_pd(equal(a + i, b + i))));
+      bits =
+          static_cast<std::uint8_t>(_mm256_movemask_pd(_mm256_castsi256_pd(equal(a + i, b + i))));
     }
     same |= bits << i;
   }
@@ -59,7 +62,8 @@ std::uint64_t differences(const T* a, const T* b) {
 }  // namespace
 
 template <class T>
-void mark_boundaries(const T* labels, std::uint64_t width, std::uint64_t height, BitPlane& boundary) {
+void mark_boundaries(const T* labels, std::uint64_t width, std::uint64_t height,
+                     BitPlane& boundary) {
   boundary.reset(width, height);
   for (std::uint64_t y = 0; y < height; ++y) {
     const T* row = labels + y * width;
@@ -92,7 +96,8 @@ void Components::find(const BitPlane& boundary) {
     collect_runs(boundary, y);
     if (y > 0) join_rows(y);
   }
-  // Roots come before the other runs of their component, so one pass in raster order numbers everything.
+  // Roots come before the other runs of their component, so one pass in raster order numbers
+  // everything.
   std::uint64_t y = 0;
   for (std::uint64_t i = 0; i < runs_.size(); ++i) {
     while (i >= rows_[y + 1]) ++y;
@@ -153,8 +158,8 @@ void Components::join_rows(std::uint64_t y) {
 }
 
 std::uint64_t Components::component_of(std::uint64_t x, std::uint64_t y) const {
-  const Run* after = std::upper_bound(begin(y), end(y), x,
-                                      [](std::uint64_t value, const Run& run) { return value < run.begin; });
+  const Run* after = std::upper_bound(
+      begin(y), end(y), x, [](std::uint64_t value, const Run& run) { return value < run.begin; });
   return after[-1].component;
 }
 

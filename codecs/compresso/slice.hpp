@@ -1,13 +1,14 @@
-// One slice (a plane of constant z): its boundary bits and the 4-connected components of its other voxels.
+// One slice (a plane of constant z): its boundary bits and the 4-connected components of its other
+// voxels.
 //
-// Source: Compresso (Matejek et al., MICCAI 2017), sections on boundary maps and connected components. A
-// voxel is boundary if it differs from its +x or +y neighbour in the slice; in the last column or row only
-// the neighbour that exists counts. Hence two neighbouring voxels that are both not boundary carry the same
-// label, and so does a component; and a boundary voxel whose left or upper neighbour is not boundary has that
-// neighbour's label.
+// Source: Compresso (Matejek et al., MICCAI 2017), sections on boundary maps and connected
+// components. A voxel is boundary if it differs from its +x or +y neighbour in the slice; in the
+// last column or row only the neighbour that exists counts. Hence two neighbouring voxels that are
+// both not boundary carry the same label, and so does a component; and a boundary voxel whose left
+// or upper neighbour is not boundary has that neighbour's label.
 //
-// Components are found over runs of voxels along x, not over voxels, and are numbered by their first voxel in
-// raster order.
+// Components are found over runs of voxels along x, not over voxels, and are numbered by their
+// first voxel in raster order.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,9 @@ class BitPlane {
   std::uint64_t row_words() const { return row_words_; }
   std::uint64_t* row(std::uint64_t y) { return words_.data() + y * row_words_; }
   const std::uint64_t* row(std::uint64_t y) const { return words_.data() + y * row_words_; }
-  bool test(std::uint64_t x, std::uint64_t y) const { return (row(y)[x / 64] >> (x % 64) & 1) != 0; }
+  bool test(std::uint64_t x, std::uint64_t y) const {
+    return (row(y)[x / 64] >> (x % 64) & 1) != 0;
+  }
   /// The bits of word `word` of row y that lie inside the row.
   std::uint64_t inside(std::uint64_t word) const {
     const std::uint64_t left = width_ - word * 64;
@@ -43,18 +46,21 @@ class BitPlane {
 
 /// Sets the boundary bits of a slice of labels.
 template <class T>
-void mark_boundaries(const T* labels, std::uint64_t width, std::uint64_t height, BitPlane& boundary);
+void mark_boundaries(const T* labels, std::uint64_t width, std::uint64_t height,
+                     BitPlane& boundary);
 
-/// The boundary voxels of one word whose label does not follow from the left or the upper neighbour: those
-/// that need a location.
-inline std::uint64_t unresolved_bits(const BitPlane& boundary, std::uint64_t word, std::uint64_t y) {
+/// The boundary voxels of one word whose label does not follow from the left or the upper
+/// neighbour: those that need a location.
+inline std::uint64_t unresolved_bits(const BitPlane& boundary, std::uint64_t word,
+                                     std::uint64_t y) {
   const std::uint64_t* row = boundary.row(y);
   const std::uint64_t left = (row[word] << 1) | (word == 0 ? 1 : row[word - 1] >> 63);
   const std::uint64_t up = y == 0 ? ~std::uint64_t{0} : boundary.row(y - 1)[word];
   return row[word] & left & up;
 }
 
-/// The voxels begin <= x < end of a row, none of them boundary, both neighbours boundary or outside.
+/// The voxels begin <= x < end of a row, none of them boundary, both neighbours boundary or
+/// outside.
 struct Run {
   std::uint64_t begin, end;
   std::uint64_t component;

@@ -7,10 +7,13 @@ namespace cvr::codecs::compresso {
 
 namespace {
 
-std::uint64_t low_bits(std::uint32_t n) { return n >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << n) - 1; }
+std::uint64_t low_bits(std::uint32_t n) {
+  return n >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << n) - 1;
+}
 
 /// n <= 64 bits of a row from bit x on; zeros behind its last word.
-std::uint64_t extract(const std::uint64_t* row, std::uint64_t row_words, std::uint64_t x, std::uint32_t n) {
+std::uint64_t extract(const std::uint64_t* row, std::uint64_t row_words, std::uint64_t x,
+                      std::uint32_t n) {
   const std::uint64_t word = x / 64, shift = x % 64;
   std::uint64_t bits = row[word] >> shift;
   if (shift + n > 64 && word + 1 < row_words) bits |= row[word + 1] << (64 - shift);
@@ -30,7 +33,8 @@ void gather_windows(std::span<const BitPlane> planes, const WindowSize& window, 
       const std::uint32_t shift = window.x * (y + window.y * z);
       if (window.x == 8) {
         const auto* bytes = reinterpret_cast<const std::uint8_t*>(row);
-        for (std::size_t wx = 0; wx < values.size(); ++wx) values[wx] |= std::uint64_t{bytes[wx]} << shift;
+        for (std::size_t wx = 0; wx < values.size(); ++wx)
+          values[wx] |= std::uint64_t{bytes[wx]} << shift;
       } else {
         for (std::size_t wx = 0; wx < values.size(); ++wx) {
           values[wx] |= extract(row, plane.row_words(), wx * window.x, window.x) << shift;
@@ -40,8 +44,8 @@ void gather_windows(std::span<const BitPlane> planes, const WindowSize& window, 
   }
 }
 
-void scatter_window(std::uint64_t value, const WindowSize& window, std::uint64_t wx, std::uint64_t wy,
-                    std::span<BitPlane> planes) {
+void scatter_window(std::uint64_t value, const WindowSize& window, std::uint64_t wx,
+                    std::uint64_t wy, std::span<BitPlane> planes) {
   if (value == 0) return;
   const std::uint64_t x = wx * window.x, word = x / 64, shift = x % 64;
   for (std::uint32_t z = 0; z < planes.size(); ++z) {

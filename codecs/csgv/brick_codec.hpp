@@ -1,4 +1,5 @@
-// The frame of every CSGV codec: cuts the volume into bricks, encodes and decodes them in parallel, keeps the start table.
+// The frame of every CSGV codec: cuts the volume into bricks, encodes and decodes them in parallel,
+// keeps the start table.
 //
 // Payload, little endian:
 //   u64      number of remapped labels R (0: labels are stored as they are)
@@ -7,7 +8,8 @@
 //   ...      the tables, padded to 4 bytes
 //   u32 x (groups + 1)   start of each group of bricks in words, and the end; groups x fastest; of the published formats each brick is one
 //   u32 ...  the groups
-// Volumes of u64 are remapped when a label does not fit in 32 bits. By the papers' accounting only start table and bricks count.
+// Volumes of u64 are remapped when a label does not fit in 32 bits. By the papers' accounting only
+// start table and bricks count.
 #pragma once
 
 #include <functional>
@@ -24,10 +26,13 @@ using MakeFormat = std::function<std::unique_ptr<BrickFormat>(const Parameters&)
 class BrickCodec final : public Codec {
  public:
   BrickCodec(Traits traits, std::vector<ParameterSpec> parameters, MakeFormat make_format)
-      : traits_(std::move(traits)), parameters_(std::move(parameters)), make_format_(std::move(make_format)) {}
+      : traits_(std::move(traits)),
+        parameters_(std::move(parameters)),
+        make_format_(std::move(make_format)) {}
   const Traits& traits() const override { return traits_; }
   std::span<const ParameterSpec> parameters() const override { return parameters_; }
-  Expected<Payload> encode(const VolumeSource& source, const Parameters& parameters, unsigned threads) const override;
+  Expected<Payload> encode(const VolumeSource& source, const Parameters& parameters,
+                           unsigned threads) const override;
   Expected<std::unique_ptr<Decoder>> open(const Stream& stream) const override;
 
  private:
@@ -38,9 +43,11 @@ class BrickCodec final : public Codec {
 
 /// "brick": 16, 32 or 64 voxels a side; 32 by default.
 ParameterSpec brick_parameter();
-/// "delta": whether operations may refer to older palette entries; 0 by default, as in the published evaluation.
+/// "delta": whether operations may refer to older palette entries; 0 by default, as in the
+/// published evaluation.
 ParameterSpec delta_parameter();
 /// Traits that all codecs of the two families share.
-Traits brick_traits(std::string_view id, std::string_view family, std::string_view summary, Granularity access);
+Traits brick_traits(std::string_view id, std::string_view family, std::string_view summary,
+                    Granularity access);
 
 }  // namespace cvr::codecs::csgv

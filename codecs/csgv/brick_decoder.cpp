@@ -1,7 +1,9 @@
-// The decoding half of the brick frame: whole levels, single bricks and single voxels of an opened payload.
+// The decoding half of the brick frame: whole levels, single bricks and single voxels of an opened
+// payload.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
-#include <fmt/format.h>
 #include <mutex>
 
 #include "codecs/csgv/brick_codec.hpp"
@@ -19,7 +21,8 @@ class WorkspacePool {
  public:
   class Lent {
    public:
-    Lent(WorkspacePool& pool, std::unique_ptr<BrickWorkspace> workspace) : pool_(pool), workspace_(std::move(workspace)) {}
+    Lent(WorkspacePool& pool, std::unique_ptr<BrickWorkspace> workspace)
+        : pool_(pool), workspace_(std::move(workspace)) {}
     Lent(const Lent&) = delete;
     Lent& operator=(const Lent&) = delete;
     ~Lent() {
@@ -53,22 +56,25 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
       : info_(info), layout_(layout), remap_(remap), format_(std::move(format)) {}
 
   unsigned levels() const override { return layout_.levels; }
-  const VoxelAccess* voxel_access() const override { return format_->has_voxel_access() ? this : nullptr; }
+  const VoxelAccess* voxel_access() const override {
+    return format_->has_voxel_access() ? this : nullptr;
+  }
   const BrickAccess* brick_access() const override { return this; }
   Extent brick_size() const override { return {layout_.brick, layout_.brick, layout_.brick}; }
   Extent brick_grid() const override { return layout_.grid; }
 
   Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const override;
   Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const override;
-  Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override;
+  Expected<void> at(std::span<const Coordinate> points, unsigned lod,
+                    std::span<std::uint64_t> labels) const override;
   Expected<std::optional<std::uint64_t>> entropy_bytes(unsigned threads) const override;
   Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
     return csgv::gpu_encoding(layout_, remap_, *format_, brick, threads);
   }
 
  private:
-  BrickError decode_to(const Coordinate& brick, unsigned lod, std::byte* out, std::uint64_t row, std::uint64_t plane,
-                       BrickWorkspace& workspace) const;
+  BrickError decode_to(const Coordinate& brick, unsigned lod, std::byte* out, std::uint64_t row,
+                       std::uint64_t plane, BrickWorkspace& workspace) const;
   Error malformed(std::uint64_t brick, BrickError what) const {
     const Extent& grid = layout_.grid;
     const Coordinate at{brick % grid.x, brick / grid.x % grid.y, brick / (grid.x * grid.y)};
@@ -77,7 +83,8 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
   }
   Expected<void> check_lod(unsigned lod) const {
     if (lod < layout_.levels) return {};
-    return fail(ErrorCode::kBadArgument, fmt::format("level of detail: expected 0..{}, found {}", layout_.levels - 1, lod));
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("level of detail: expected 0..{}, found {}", layout_.levels - 1, lod));
   }
 
   VolumeInfo info_;
@@ -88,11 +95,13 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
 };
 
 /// Writes a brick's voxels of a level to `out`, rows and planes that many voxels apart.
-BrickError BrickDecoder::decode_to(const Coordinate& brick, unsigned lod, std::byte* out, std::uint64_t row,
-                                   std::uint64_t plane, BrickWorkspace& workspace) const {
+BrickError BrickDecoder::decode_to(const Coordinate& brick, unsigned lod, std::byte* out,
+                                   std::uint64_t row, std::uint64_t plane,
+                                   BrickWorkspace& workspace) const {
   const unsigned level = layout_.levels - 1 - lod;
   const Validity validity(layout_.brick, layout_.brick_extent(brick));
-  if (BrickError error = format_->unpack(layout_.stored(brick), validity, level, workspace)) return error;
+  if (BrickError error = format_->unpack(layout_.stored(brick), validity, level, workspace))
+    return error;
   const BrickExtent& nodes = validity.nodes(level);
   volumes::with_label_type(info_.type, [&]<class T>() {
     workspace.grid.scatter(level, nodes, reinterpret_cast<T*>(out), row, plane);
@@ -101,7 +110,8 @@ BrickError BrickDecoder::decode_to(const Coordinate& brick, unsigned lod, std::b
   auto* labels = reinterpret_cast<std::uint64_t*>(out);
   for (std::uint32_t z = 0; z < nodes.z; ++z) {
     for (std::uint32_t y = 0; y < nodes.y; ++y) {
-      for (std::uint64_t* label = labels + y * row + z * plane, *end = label + nodes.x; label < end; ++label) {
+      for (std::uint64_t *label = labels + y * row + z * plane, *end = label + nodes.x; label < end;
+           ++label) {
         if (*label >= remap_.size()) return "a label leaves the remap table";
         *label = remap_[*label];
       }
@@ -120,52 +130,62 @@ Expected<void> BrickDecoder::decode(unsigned lod, unsigned threads, SlabSink& si
   std::mutex first_mutex;
   std::uint64_t first_bad = layout_.grid.voxels();
   BrickError first_error = nullptr;
-  for (std::uint64_t layer = 0; layer < layout_.grid.z && first_error == nullptr; layer += layers_a_slab) {
+  for (std::uint64_t layer = 0; layer < layout_.grid.z && first_error == nullptr;
+       layer += layers_a_slab) {
     const std::uint64_t layers = std::min(layers_a_slab, layout_.grid.z - layer);
     const std::uint64_t z0 = layer * side;
     const std::uint64_t z1 = std::min((layer + layers) * side, level.z);
     std::byte* slab = sink.begin(z0, z1);
-    parallel_for(threads, layout_.grid.x * layout_.grid.y * layers, [&](unsigned w, std::uint64_t i) {
-      if (!workspaces[w]) workspaces[w] = std::make_unique<BrickWorkspace>(layout_.brick);
-      const Coordinate brick{i % layout_.grid.x, i / layout_.grid.x % layout_.grid.y,
-                             layer + i / (layout_.grid.x * layout_.grid.y)};
-      const std::uint64_t at = brick.x * side + level.x * (brick.y * side + level.y * (brick.z * side - z0));
-      if (BrickError error = decode_to(brick, lod, slab + at * voxel, level.x, level.x * level.y, *workspaces[w])) {
-        const std::scoped_lock lock(first_mutex);
-        if (layout_.index(brick) < first_bad) {
-          first_bad = layout_.index(brick);
-          first_error = error;
-        }
-      }
-    });
+    parallel_for(
+        threads, layout_.grid.x * layout_.grid.y * layers, [&](unsigned w, std::uint64_t i) {
+          if (!workspaces[w]) workspaces[w] = std::make_unique<BrickWorkspace>(layout_.brick);
+          const Coordinate brick{i % layout_.grid.x, i / layout_.grid.x % layout_.grid.y,
+                                 layer + i / (layout_.grid.x * layout_.grid.y)};
+          const std::uint64_t at =
+              brick.x * side + level.x * (brick.y * side + level.y * (brick.z * side - z0));
+          if (BrickError error = decode_to(brick, lod, slab + at * voxel, level.x,
+                                           level.x * level.y, *workspaces[w])) {
+            const std::scoped_lock lock(first_mutex);
+            if (layout_.index(brick) < first_bad) {
+              first_bad = layout_.index(brick);
+              first_error = error;
+            }
+          }
+        });
     sink.end(z0, z1);
   }
   if (first_error != nullptr) return tl::unexpected(malformed(first_bad, first_error));
   return {};
 }
 
-Expected<void> BrickDecoder::decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const {
+Expected<void> BrickDecoder::decode_brick(const Coordinate& brick, unsigned lod,
+                                          std::byte* out) const {
   if (auto ok = check_lod(lod); !ok) return ok;
   if (!layout_.grid.contains(brick)) {
-    return fail(ErrorCode::kBadArgument, fmt::format("brick ({}, {}, {}): outside the grid of {}", brick.x, brick.y, brick.z,
-                                                     to_string(layout_.grid)));
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("brick ({}, {}, {}): outside the grid of {}", brick.x, brick.y, brick.z,
+                            to_string(layout_.grid)));
   }
   const WorkspacePool::Lent workspace = pool_.take(layout_.brick);
-  const BrickExtent nodes = Validity(layout_.brick, layout_.brick_extent(brick)).nodes(layout_.levels - 1 - lod);
-  if (BrickError error = decode_to(brick, lod, out, nodes.x, std::uint64_t{nodes.x} * nodes.y, *workspace)) {
+  const BrickExtent nodes =
+      Validity(layout_.brick, layout_.brick_extent(brick)).nodes(layout_.levels - 1 - lod);
+  if (BrickError error =
+          decode_to(brick, lod, out, nodes.x, std::uint64_t{nodes.x} * nodes.y, *workspace)) {
     return tl::unexpected(malformed(layout_.index(brick), error));
   }
   return {};
 }
 
-Expected<void> BrickDecoder::at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const {
+Expected<void> BrickDecoder::at(std::span<const Coordinate> points, unsigned lod,
+                                std::span<std::uint64_t> labels) const {
   if (auto ok = check_lod(lod); !ok) return ok;
   if (BrickError error = format_->at(layout_, points, layout_.levels - 1 - lod, labels)) {
     return fail(ErrorCode::kMalformed, error);
   }
   if (remap_.empty()) return {};
   for (std::uint64_t& label : labels) {
-    if (label >= remap_.size()) return fail(ErrorCode::kMalformed, "a label leaves the remap table");
+    if (label >= remap_.size())
+      return fail(ErrorCode::kMalformed, "a label leaves the remap table");
     label = remap_[label];
   }
   return {};
@@ -182,7 +202,9 @@ Expected<std::optional<std::uint64_t>> BrickDecoder::entropy_bytes(unsigned thre
     if (!workspaces[w]) workspaces[w] = std::make_unique<BrickWorkspace>(layout_.brick);
     const Coordinate brick{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)};
     const Validity validity(layout_.brick, layout_.brick_extent(brick));
-    if (BrickError error = format_->tally(layout_.stored(brick), validity, *workspaces[w], tallies[w])) wrong = error;
+    if (BrickError error =
+            format_->tally(layout_.stored(brick), validity, *workspaces[w], tallies[w]))
+      wrong = error;
   });
   if (wrong != nullptr) return fail(ErrorCode::kMalformed, wrong.load());
   for (unsigned w = 1; w < threads; ++w) tallies[0].merge(tallies[w]);
@@ -198,18 +220,22 @@ std::span<const T> view(std::span<const std::byte> bytes) {
 
 Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const {
   auto format = make_format_(stream.parameters);
-  BrickLayout layout(stream.info.extent, static_cast<std::uint32_t>(stream.parameters.integer("brick")), format->group());
+  BrickLayout layout(stream.info.extent,
+                     static_cast<std::uint32_t>(stream.parameters.integer("brick")),
+                     format->group());
   const std::uint64_t groups = layout.groups.voxels();
 
   ByteReader in(stream.payload);
   const auto truncated = [&](std::string_view what) {
-    return fail(ErrorCode::kTruncated, fmt::format("payload offset {}: the payload ends within {}", in.position(), what));
+    return fail(ErrorCode::kTruncated,
+                fmt::format("payload offset {}: the payload ends within {}", in.position(), what));
   };
   const auto remapped = in.get<std::uint64_t>();
   if (remapped > in.remaining() / 8) return truncated("the label table");
   const auto remap = view<std::uint64_t>(in.take(remapped * 8));
   if (!remap.empty() && stream.info.type != VoxelType::kU64) {
-    return fail(ErrorCode::kMalformed, "payload offset 0: a label table belongs to volumes of u64 alone");
+    return fail(ErrorCode::kMalformed,
+                "payload offset 0: a label table belongs to volumes of u64 alone");
   }
   const auto table_bytes = in.get<std::uint32_t>();
   in.get<std::uint32_t>();
@@ -225,13 +251,17 @@ Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const 
   for (std::uint64_t i = 0; i < groups; ++i) {
     const std::string_view unit = layout.group == 1 ? "brick" : "group";
     if (starts[i] > starts[i + 1] || starts[i + 1] > words.size()) {
-      return fail(ErrorCode::kMalformed, fmt::format("start table: {} {} begins at word {} and ends at {} of {}", unit, i, starts[i],
-                                                     starts[i + 1], words.size()));
+      return fail(ErrorCode::kMalformed,
+                  fmt::format("start table: {} {} begins at word {} and ends at {} of {}", unit, i,
+                              starts[i], starts[i + 1], words.size()));
     }
     const Extent& grid = layout.groups;
-    const Extent bricks = layout.bricks_of_group({i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)});
-    if (BrickError error = format->check(layout.group_words(i), static_cast<std::uint32_t>(bricks.voxels()), layout.levels)) {
-      return fail(ErrorCode::kMalformed, fmt::format("{} {} (word {}): {}", unit, i, starts[i], error));
+    const Extent bricks =
+        layout.bricks_of_group({i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)});
+    if (BrickError error = format->check(
+            layout.group_words(i), static_cast<std::uint32_t>(bricks.voxels()), layout.levels)) {
+      return fail(ErrorCode::kMalformed,
+                  fmt::format("{} {} (word {}): {}", unit, i, starts[i], error));
     }
   }
   if (starts[0] != 0 || starts[groups] != words.size()) {
@@ -257,7 +287,8 @@ ParameterSpec delta_parameter() {
           .description = "refer to older palette entries (operation 'palette delta')"};
 }
 
-Traits brick_traits(std::string_view id, std::string_view family, std::string_view summary, Granularity access) {
+Traits brick_traits(std::string_view id, std::string_view family, std::string_view summary,
+                    Granularity access) {
   return {.id = id,
           .version = 1,
           .family = family,

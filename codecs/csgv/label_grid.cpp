@@ -13,7 +13,8 @@ using shaders::cvr_morton_spread;
 
 namespace {
 
-/// The most frequent label of the lanes in `valid`, the first on a tie. `agree` tells whether all valid lanes are equal.
+/// The most frequent label of the lanes in `valid`, the first on a tie. `agree` tells whether all
+/// valid lanes are equal.
 std::uint32_t vote(Lanes lanes, const std::uint32_t* labels, unsigned valid, bool& agree) {
   const unsigned first = static_cast<unsigned>(std::countr_zero(valid));
   const unsigned same = lanes.equal(Lanes::broadcast(labels[first])) & valid;
@@ -35,7 +36,8 @@ std::uint32_t vote(Lanes lanes, const std::uint32_t* labels, unsigned valid, boo
 
 }  // namespace
 
-Validity::Validity(std::uint32_t b, const BrickExtent& extent) : whole_(extent == BrickExtent{b, b, b}) {
+Validity::Validity(std::uint32_t b, const BrickExtent& extent)
+    : whole_(extent == BrickExtent{b, b, b}) {
   const unsigned levels = levels_of_brick(b);
   for (unsigned l = 0; l < levels; ++l) {
     const unsigned shift = levels - 1 - l;
@@ -50,12 +52,16 @@ unsigned Validity::children(unsigned level, std::uint32_t n) const {
   const auto axis = [](std::uint32_t child, std::uint32_t count, unsigned low, unsigned high) {
     return (child < count ? low : 0u) | (child + 1 < count ? high : 0u);
   };
-  return axis(2 * cvr_morton_gather(n), nodes.x, 0x55, 0xaa) & axis(2 * cvr_morton_gather(n >> 1), nodes.y, 0x33, 0xcc) &
+  return axis(2 * cvr_morton_gather(n), nodes.x, 0x55, 0xaa) &
+         axis(2 * cvr_morton_gather(n >> 1), nodes.y, 0x33, 0xcc) &
          axis(2 * cvr_morton_gather(n >> 2), nodes.z, 0x0f, 0xf0);
 }
 
 LabelGrid::LabelGrid(std::uint32_t b)
-    : brick_(b), levels_(levels_of_brick(b)), labels_(offset(levels_)), constant_(offset(levels_ - 1)) {}
+    : brick_(b),
+      levels_(levels_of_brick(b)),
+      labels_(offset(levels_)),
+      constant_(offset(levels_ - 1)) {}
 
 void LabelGrid::fill_constant(std::uint32_t label) {
   std::ranges::fill(labels_, label);
@@ -64,7 +70,8 @@ void LabelGrid::fill_constant(std::uint32_t label) {
   constant_root_ = true;
 }
 
-/// Gathers the finest level in Morton order. False if the whole brick has one label (and then gathers nothing).
+/// Gathers the finest level in Morton order. False if the whole brick has one label (and then
+/// gathers nothing).
 template <class T>
 bool LabelGrid::gather_whole(const T* voxels, std::uint64_t row, std::uint64_t plane) {
   const T first = voxels[0];
@@ -108,7 +115,8 @@ bool LabelGrid::gather_whole(const T* voxels, std::uint64_t row, std::uint64_t p
 }
 
 template <class T>
-void LabelGrid::gather_partial(const T* voxels, std::uint64_t row, std::uint64_t plane, const Validity& validity) {
+void LabelGrid::gather_partial(const T* voxels, std::uint64_t row, std::uint64_t plane,
+                               const Validity& validity) {
   const BrickExtent& extent = validity.nodes(levels_ - 1);
   std::uint32_t* finest = labels(levels_ - 1);
   std::fill_n(finest, nodes_of_level(levels_ - 1), 0u);
@@ -152,7 +160,8 @@ void LabelGrid::build_coarser(const Validity& validity) {
 }
 
 template <class T>
-void LabelGrid::build(const T* voxels, std::uint64_t row, std::uint64_t plane, const Validity& validity) {
+void LabelGrid::build(const T* voxels, std::uint64_t row, std::uint64_t plane,
+                      const Validity& validity) {
   if (!validity.whole()) {
     gather_partial(voxels, row, plane, validity);
   } else if (!gather_whole(voxels, row, plane)) {
@@ -177,7 +186,8 @@ void LabelGrid::fill_outside(const Validity& validity) {
 }
 
 template <class T>
-void LabelGrid::scatter(unsigned level, const BrickExtent& nodes, T* voxels, std::uint64_t row, std::uint64_t plane) const {
+void LabelGrid::scatter(unsigned level, const BrickExtent& nodes, T* voxels, std::uint64_t row,
+                        std::uint64_t plane) const {
   const std::uint32_t* source = labels(level);
   for (std::uint32_t z = 0; z < nodes.z; ++z) {
     for (std::uint32_t y = 0; y < nodes.y; ++y) {
@@ -197,7 +207,8 @@ void LabelGrid::scatter(unsigned level, const BrickExtent& nodes, T* voxels, std
 
 #define CVR_INSTANTIATE(T)                                                                         \
   template void LabelGrid::build(const T*, std::uint64_t, std::uint64_t, const Validity&);         \
-  template void LabelGrid::scatter(unsigned, const BrickExtent&, T*, std::uint64_t, std::uint64_t) const;
+  template void LabelGrid::scatter(unsigned, const BrickExtent&, T*, std::uint64_t, std::uint64_t) \
+      const;
 CVR_INSTANTIATE(std::uint8_t)
 CVR_INSTANTIATE(std::uint16_t)
 CVR_INSTANTIATE(std::uint32_t)

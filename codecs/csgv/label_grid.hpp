@@ -1,9 +1,12 @@
-// The label multigrid of one brick (CSGV-R paper, section 2.5; rules of ties and borders in FORMAT.md).
+// The label multigrid of one brick (CSGV-R paper, section 2.5; rules of ties and borders in
+// FORMAT.md).
 //
-// Level 0 is the coarsest (one node), level L-1 has b^3 nodes. Nodes of a level lie in Morton order, so the 8 children of node
-// n are nodes 8n .. 8n+7 of the next level. A node's label is the most frequent of its valid children, ties going to the first
-// in child order. A node is constant when all its valid children have the same label and are constant themselves; nodes of the
-// finest level are not asked. A brick at the border of the volume may have nodes outside: they do not vote.
+// Level 0 is the coarsest (one node), level L-1 has b^3 nodes. Nodes of a level lie in Morton
+// order, so the 8 children of node n are nodes 8n .. 8n+7 of the next level. A node's label is the
+// most frequent of its valid children, ties going to the first in child order. A node is constant
+// when all its valid children have the same label and are constant themselves; nodes of the finest
+// level are not asked. A brick at the border of the volume may have nodes outside: they do not
+// vote.
 #pragma once
 
 #include <array>
@@ -57,31 +60,39 @@ class LabelGrid {
 
   std::uint32_t* labels(unsigned level) { return labels_.data() + offset(level); }
   const std::uint32_t* labels(unsigned level) const { return labels_.data() + offset(level); }
-  /// Mask of the constant children of node n of a level < L-2; at L-2 all children count as not constant.
-  unsigned constant_children(unsigned level, std::uint32_t n) const { return constant_[offset(level) + n]; }
+  /// Mask of the constant children of node n of a level < L-2; at L-2 all children count as not
+  /// constant.
+  unsigned constant_children(unsigned level, std::uint32_t n) const {
+    return constant_[offset(level) + n];
+  }
   bool constant() const { return constant_root_; }
 
-  /// Fills the finest level from voxels (x fastest, rows `row` and planes `plane` voxels apart) and builds all coarser levels.
-  /// T: u8, u16 or u32.
+  /// Fills the finest level from voxels (x fastest, rows `row` and planes `plane` voxels apart) and
+  /// builds all coarser levels. T: u8, u16 or u32.
   template <class T>
   void build(const T* voxels, std::uint64_t row, std::uint64_t plane, const Validity& validity);
 
-  /// Gives every node outside the volume its parent's label and makes nodes whose subtree lies outside constant, as the
-  /// random-access formats need, which keep all nodes.
+  /// Gives every node outside the volume its parent's label and makes nodes whose subtree lies
+  /// outside constant, as the random-access formats need, which keep all nodes.
   void fill_outside(const Validity& validity);
 
   /// Copies a level's valid nodes to voxels, x fastest, rows `row` and planes `plane` apart.
   template <class T>
-  void scatter(unsigned level, const BrickExtent& nodes, T* voxels, std::uint64_t row, std::uint64_t plane) const;
+  void scatter(unsigned level, const BrickExtent& nodes, T* voxels, std::uint64_t row,
+               std::uint64_t plane) const;
 
  private:
-  // Levels start at multiples of 8 labels, so that a block never straddles more cache lines than it must.
-  static constexpr std::uint32_t offset(unsigned level) { return level == 0 ? 0 : nodes_before_level(level) - 1 + 8; }
+  // Levels start at multiples of 8 labels, so that a block never straddles more cache lines than it
+  // must.
+  static constexpr std::uint32_t offset(unsigned level) {
+    return level == 0 ? 0 : nodes_before_level(level) - 1 + 8;
+  }
 
   template <class T>
   bool gather_whole(const T* voxels, std::uint64_t row, std::uint64_t plane);
   template <class T>
-  void gather_partial(const T* voxels, std::uint64_t row, std::uint64_t plane, const Validity& validity);
+  void gather_partial(const T* voxels, std::uint64_t row, std::uint64_t plane,
+                      const Validity& validity);
   void build_coarser(const Validity& validity);
   void fill_constant(std::uint32_t label);
 

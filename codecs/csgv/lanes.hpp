@@ -1,6 +1,7 @@
 // Eight labels at once: the 2x2x2 children of one node, lane c = x + 2y + 4z.
 //
-// Two texts, one behaviour: AVX2 where the build has it, plain loops otherwise (and with CVR_SCALAR, which the tests build).
+// Two texts, one behaviour: AVX2 where the build has it, plain loops otherwise (and with
+// CVR_SCALAR, which the tests build).
 #pragma once
 
 #include <array>
@@ -15,7 +16,8 @@
 
 namespace cvr::codecs::csgv {
 
-/// Spreads the bits of an 8-bit mask to the low bits of 8 bytes: kSpread[m] has byte c = bit c of m.
+/// Spreads the bits of an 8-bit mask to the low bits of 8 bytes: kSpread[m] has byte c = bit c of
+/// m.
 inline constexpr auto kSpread = [] {
   std::array<std::uint64_t, 256> table{};
   for (std::uint64_t mask = 0; mask < 256; ++mask) {
@@ -42,20 +44,31 @@ inline std::uint64_t nibbles_to_bytes(std::uint32_t nibbles) {
 struct Lanes {
   __m256i v;
 
-  static Lanes load(const std::uint32_t* labels) { return {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels))}; }
-  static Lanes broadcast(std::uint32_t label) { return {_mm256_set1_epi32(static_cast<int>(label))}; }
-  void store(std::uint32_t* labels) const { _mm256_storeu_si256(reinterpret_cast<__m256i*>(labels), v); }
+  static Lanes load(const std::uint32_t* labels) {
+    return {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(labels))};
+  }
+  static Lanes broadcast(std::uint32_t label) {
+    return {_mm256_set1_epi32(static_cast<int>(label))};
+  }
+  void store(std::uint32_t* labels) const {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(labels), v);
+  }
   /// The eight bytes of a word, the lowest first.
-  static Lanes of_bytes(std::uint64_t bytes) { return {_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(bytes)))}; }
+  static Lanes of_bytes(std::uint64_t bytes) {
+    return {_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(bytes)))};
+  }
   /// All bits of the lanes in a mask of 8 bits.
   static Lanes where(unsigned mask) {
     const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-    return {_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bit), bit)};
+    return {
+        _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), bit), bit)};
   }
   /// All bits of the lanes where the two agree.
   Lanes same(Lanes other) const { return {_mm256_cmpeq_epi32(v, other.v)}; }
   /// Lanes where the two agree, as a mask of 8 bits.
-  unsigned equal(Lanes other) const { return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(same(other).v))); }
+  unsigned equal(Lanes other) const {
+    return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(same(other).v)));
+  }
   Lanes operator|(Lanes other) const { return {_mm256_or_si256(v, other.v)}; }
   Lanes operator&(Lanes other) const { return {_mm256_and_si256(v, other.v)}; }
   /// This & ~other.
@@ -64,9 +77,11 @@ struct Lanes {
   /// Lane c is the lane of this that lane c of `places` names.
   Lanes picked(Lanes places) const { return {_mm256_permutevar8x32_epi32(v, places.v)}; }
   /// This, with the lanes of which `where` has all bits taken from `other`.
-  Lanes replaced(Lanes other, Lanes where) const { return {_mm256_blendv_epi8(v, other.v, where.v)}; }
-  /// What a neighbour operation along an axis copies: children at 0 take the child at 1 of the block `minus`, children at 1
-  /// take the label `plus` of the next coarser level.
+  Lanes replaced(Lanes other, Lanes where) const {
+    return {_mm256_blendv_epi8(v, other.v, where.v)};
+  }
+  /// What a neighbour operation along an axis copies: children at 0 take the child at 1 of the
+  /// block `minus`, children at 1 take the label `plus` of the next coarser level.
   static Lanes neighbours_x(Lanes minus, std::uint32_t plus) {
     return {_mm256_blend_epi32(_mm256_shuffle_epi32(minus.v, 0xf5), broadcast(plus).v, 0xaa)};
   }
@@ -74,7 +89,8 @@ struct Lanes {
     return {_mm256_blend_epi32(_mm256_shuffle_epi32(minus.v, 0xee), broadcast(plus).v, 0xcc)};
   }
   static Lanes neighbours_z(Lanes minus, std::uint32_t plus) {
-    return {_mm256_blend_epi32(_mm256_permute2x128_si256(minus.v, minus.v, 0x11), broadcast(plus).v, 0xf0)};
+    return {_mm256_blend_epi32(_mm256_permute2x128_si256(minus.v, minus.v, 0x11), broadcast(plus).v,
+                               0xf0)};
   }
 };
 

@@ -11,7 +11,7 @@ namespace cvr::codecs::csgv {
 
 namespace {
 
-constexpr unsigned kMaxDeltaSymbols = 8;    // the operation and at most seven base-8 digits
+constexpr unsigned kMaxDeltaSymbols = 8;  // the operation and at most seven base-8 digits
 
 }  // namespace
 
@@ -21,13 +21,15 @@ OperationStream::OperationStream(std::uint32_t b) : levels_(levels_of_brick(b)) 
   for (auto& nodes : active_) nodes.resize(nodes_of_level(levels_ - 2));
 }
 
-void OperationStream::encode(const LabelGrid& grid, const Validity& validity, const OperationOptions& options) {
+void OperationStream::encode(const LabelGrid& grid, const Validity& validity,
+                             const OperationOptions& options) {
   if (options.delta) {
     symbols_.resize(kMaxDeltaSymbols * nodes_before_level(levels_) + 8);
     index_.begin(nodes_of_level(levels_ - 1));
   }
   if (options.stop_bits) {
-    options.delta ? encode_levels<true, true>(grid, validity, options) : encode_levels<true, false>(grid, validity, options);
+    options.delta ? encode_levels<true, true>(grid, validity, options)
+                  : encode_levels<true, false>(grid, validity, options);
   } else {
     encode_levels<false, false>(grid, validity, options);
   }
@@ -56,7 +58,8 @@ std::uint64_t OperationStream::palette_operations(const std::uint32_t* labels, u
   return codes;
 }
 
-/// Appends the symbols of a block; after each delta operation its distance, minus one, in base 8, highest digit first.
+/// Appends the symbols of a block; after each delta operation its distance, minus one, in base 8,
+/// highest digit first.
 void OperationStream::append_with_digits(std::uint64_t codes, unsigned valid) {
   for (unsigned c = 0; c < 8; ++c) {
     if ((valid >> c & 1) == 0) continue;
@@ -74,7 +77,8 @@ void OperationStream::append_with_digits(std::uint64_t codes, unsigned valid) {
 }
 
 template <bool kStops, bool kDeltas>
-void OperationStream::encode_levels(const LabelGrid& grid, const Validity& validity, const OperationOptions& options) {
+void OperationStream::encode_levels(const LabelGrid& grid, const Validity& validity,
+                                    const OperationOptions& options) {
   const bool all_nodes = options.keep_outside || validity.whole();
   end_ = symbols_.data();
   palette_[0] = grid.labels(0)[0];
@@ -103,9 +107,9 @@ void OperationStream::encode_levels(const LabelGrid& grid, const Validity& valid
       unsigned rest = valid & ~lanes.equal(Lanes::broadcast(parents[n]));
       std::uint64_t codes = 0;
       if (rest != 0) {
-        const auto [by_x, by_y, by_z] = neighbour_matches(lanes, nodes, parents, n, inside, [&](std::uint32_t above) {
-          return all_nodes || validity.children(l - 1, above) != 0;
-        });
+        const auto [by_x, by_y, by_z] = neighbour_matches(
+            lanes, nodes, parents, n, inside,
+            [&](std::uint32_t above) { return all_nodes || validity.children(l - 1, above) != 0; });
         const unsigned x = rest & by_x;
         const unsigned y = rest & by_y & ~x;
         const unsigned z = rest & by_z & ~x & ~y;

@@ -1,5 +1,6 @@
-// From operations back to the labels of one brick, serially, level by level (CSGV-R paper, section 2.5): the decoder that both
-// families share. A Reader hands out symbols; it never reads beyond its brick, whatever the bytes are.
+// From operations back to the labels of one brick, serially, level by level (CSGV-R paper, section
+// 2.5): the decoder that both families share. A Reader hands out symbols; it never reads beyond its
+// brick, whatever the bytes are.
 //
 // Reader:
 //   void begin_level(unsigned level, bool finest)           before the first symbol of each level >= 1
@@ -34,7 +35,11 @@ class Reconstruction {
  public:
   Reconstruction(Reader& reader, const Palette& palette, LabelGrid& grid, const Validity& validity,
                  const OperationOptions& options)
-      : reader_(reader), palette_(palette), grid_(grid), validity_(validity), options_(options),
+      : reader_(reader),
+        palette_(palette),
+        grid_(grid),
+        validity_(validity),
+        options_(options),
         all_nodes_(options.keep_outside || validity.whole()) {}
 
   /// `active` holds two lists of nodes_of_level(levels - 2) nodes each.
@@ -59,7 +64,8 @@ class Reconstruction {
 /// Spreads the low bits of `codes` (one byte for each set bit of `valid`) to the lanes of `valid`.
 inline std::uint64_t expand_to_lanes(std::uint64_t codes, unsigned valid) {
   std::uint64_t spread = 0;
-  for (; valid != 0; valid &= valid - 1, codes >>= 8) spread |= (codes & 0xff) << (8 * std::countr_zero(valid));
+  for (; valid != 0; valid &= valid - 1, codes >>= 8)
+    spread |= (codes & 0xff) << (8 * std::countr_zero(valid));
   return spread;
 }
 
@@ -86,8 +92,9 @@ void Reconstruction<Reader, Palette>::fill_below(unsigned level, std::uint32_t n
   }
 }
 
-/// With deltas the digits stand between the symbols: one at a time. A leading zero digit ends the brick: no encoder writes it,
-/// and entropy-coded ones could go on for billions of digits in a few bytes.
+/// With deltas the digits stand between the symbols: one at a time. A leading zero digit ends the
+/// brick: no encoder writes it, and entropy-coded ones could go on for billions of digits in a few
+/// bytes.
 template <class Reader, class Palette>
 bool Reconstruction<Reader, Palette>::take_with_digits(unsigned valid, std::uint64_t& codes) {
   codes = 0;
@@ -110,7 +117,8 @@ bool Reconstruction<Reader, Palette>::take_with_digits(unsigned valid, std::uint
 
 /// Labels of the children of node n of level l-1.
 template <class Reader, class Palette>
-BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, unsigned valid, std::uint64_t codes) {
+BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, unsigned valid,
+                                                  std::uint64_t codes) {
   const std::uint32_t* parents = grid_.labels(l - 1);
   std::uint32_t* nodes = grid_.labels(l);
   const std::uint64_t operations = codes & 0x0707070707070707u;
@@ -122,22 +130,28 @@ BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, u
       const std::uint32_t mask = CVR_MORTON_X << axis;
       const bool minus = (n & mask) != 0;
       const std::uint32_t above = shaders::cvr_morton_plus(n, axis) & inside;
-      const bool plus = (n & mask) != (mask & inside) && (all_nodes_ || validity_.children(l - 1, above) != 0);
+      const bool plus =
+          (n & mask) != (mask & inside) && (all_nodes_ || validity_.children(l - 1, above) != 0);
       const std::uint64_t differs = operations ^ (0x0101010101010101u * (kNeighbourX + axis));
       // Bytes of `differs` that are zero: all three low bits clear.
       const unsigned here = gather_low_bits(~(differs | differs >> 1 | differs >> 2));
       impossible |= here & ~((minus ? low : 0u) | (plus ? high : 0u));
-      const Lanes beside = Lanes::load(nodes + 8 * (minus ? shaders::cvr_morton_minus(n, axis) : n));
+      const Lanes beside =
+          Lanes::load(nodes + 8 * (minus ? shaders::cvr_morton_minus(n, axis) : n));
       lanes = lanes.replaced(combine(beside, parents[above]), Lanes::where(here));
     };
-    neighbours(0, 0x55, 0xaa, [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_x(minus, plus); });
-    neighbours(1, 0x33, 0xcc, [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_y(minus, plus); });
-    neighbours(2, 0x0f, 0xf0, [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_z(minus, plus); });
+    neighbours(0, 0x55, 0xaa,
+               [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_x(minus, plus); });
+    neighbours(1, 0x33, 0xcc,
+               [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_y(minus, plus); });
+    neighbours(2, 0x0f, 0xf0,
+               [](Lanes minus, std::uint32_t plus) { return Lanes::neighbours_z(minus, plus); });
     if ((impossible & valid) != 0) return "a neighbour operation leaves the brick";
   }
   lanes.store(nodes + 8 * n);
   // Palette operations are those with bit 2.
-  for (unsigned palette = gather_low_bits(operations >> 2) & valid; palette != 0; palette &= palette - 1) {
+  for (unsigned palette = gather_low_bits(operations >> 2) & valid; palette != 0;
+       palette &= palette - 1) {
     const auto c = static_cast<unsigned>(std::countr_zero(palette));
     std::uint32_t entry = entries_ - 1;
     switch (operations >> (8 * c) & 7) {
@@ -145,12 +159,15 @@ BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, u
         if (entries_ >= palette_.size) return "more palette operations than palette entries";
         entry = entries_++;
         break;
-      case kLast: break;
+      case kLast:
+        break;
       case kDelta:
-        if (!options_.delta || distances_[c] >= entries_) return "a palette distance leaves the palette";
+        if (!options_.delta || distances_[c] >= entries_)
+          return "a palette distance leaves the palette";
         entry -= distances_[c];
         break;
-      default: return "an unknown operation";
+      default:
+        return "an unknown operation";
     }
     nodes[8 * n + c] = palette_[entry];
   }
@@ -158,7 +175,8 @@ BrickError Reconstruction<Reader, Palette>::block(unsigned l, std::uint32_t n, u
 }
 
 template <class Reader, class Palette>
-BrickError Reconstruction<Reader, Palette>::run(unsigned target, std::uint32_t* active, std::uint32_t* next) {
+BrickError Reconstruction<Reader, Palette>::run(unsigned target, std::uint32_t* active,
+                                                std::uint32_t* next) {
   bool stopped = false;
   if (BrickError error = start(target, stopped)) return error;
   std::uint32_t active_count = stopped ? 0 : 1;
@@ -174,7 +192,8 @@ BrickError Reconstruction<Reader, Palette>::run(unsigned target, std::uint32_t* 
       if (options_.delta) {
         if (!take_with_digits(valid, codes)) return "the operations end early";
       } else {
-        if (!reader_.take(static_cast<unsigned>(std::popcount(valid)), codes)) return "the operations end early";
+        if (!reader_.take(static_cast<unsigned>(std::popcount(valid)), codes))
+          return "the operations end early";
         if (valid != 0xff) codes = expand_to_lanes(codes, valid);
       }
       if (BrickError error = block(l, n, valid, codes)) return error;

@@ -13,10 +13,17 @@ namespace {
 
 class BrickRebuilder {
  public:
-  BrickRebuilder(const ContextModel& model, std::span<const std::uint32_t> palette, std::span<const std::uint8_t> stream,
-                 const Validity& validity, BrickWorkspace& workspace, SymbolTally* tally)
-      : model_(model), palette_(palette), in_(stream), validity_(validity), grid_(workspace.grid), active_(workspace.active[0].data()),
-        next_(workspace.active[1].data()), tally_(tally) {}
+  BrickRebuilder(const ContextModel& model, std::span<const std::uint32_t> palette,
+                 std::span<const std::uint8_t> stream, const Validity& validity,
+                 BrickWorkspace& workspace, SymbolTally* tally)
+      : model_(model),
+        palette_(palette),
+        in_(stream),
+        validity_(validity),
+        grid_(workspace.grid),
+        active_(workspace.active[0].data()),
+        next_(workspace.active[1].data()),
+        tally_(tally) {}
 
   BrickError run(unsigned target);
 
@@ -32,7 +39,7 @@ class BrickRebuilder {
   LabelGrid& grid_;
   std::uint32_t* active_;
   std::uint32_t* next_;
-  SymbolTally* tally_;  ///< counts the symbols, or nullptr
+  SymbolTally* tally_;        ///< counts the symbols, or nullptr
   std::uint32_t in_use_ = 1;  ///< palette entries
   bool bad_ = false;
 };
@@ -72,28 +79,34 @@ std::uint32_t BrickRebuilder::palette_label(unsigned operation) {
 /// The children of node n of a level; gives those with a stop bit.
 unsigned BrickRebuilder::block(unsigned level, std::uint32_t n, unsigned valid) {
   std::uint32_t* nodes = grid_.labels(level + 1);
-  const Block block = Block::at(n, level, grid_.labels(level), nodes, nodes_of_level(level) - 1, validity_.whole(), validity_);
-  std::array<std::array<std::uint32_t, 8>, 4> choices;  // by operation: the parent's label, the candidates
+  const Block block = Block::at(n, level, grid_.labels(level), nodes, nodes_of_level(level) - 1,
+                                validity_.whole(), validity_);
+  std::array<std::array<std::uint32_t, 8>, 4>
+      choices;  // by operation: the parent's label, the candidates
   Lanes::broadcast(block.parent).store(choices[kParent].data());
   for (unsigned a = 0; a < 3; ++a) block.candidates[a].store(choices[kNeighbourX + a].data());
   const std::uint32_t depth = depth_of(level + 1, grid_.levels()) << kDepth;
   std::uint32_t last = palette_[in_use_ - 1];
   const auto known = [&] {
     const Lanes lanes = Lanes::broadcast(last);
-    return last == block.parent ? 0xffu
-                                : block.candidates[0].equal(lanes) | block.candidates[1].equal(lanes) | block.candidates[2].equal(lanes);
+    return last == block.parent
+               ? 0xffu
+               : block.candidates[0].equal(lanes) | block.candidates[1].equal(lanes) |
+                     block.candidates[2].equal(lanes);
   };
   unsigned last_is_known = known();
-  std::uint32_t palette_state = (in_use_ == palette_.size() ? 1u : 0u) << kExhausted | (in_use_ == 1 ? 1u : 0u) << kSingle;
+  std::uint32_t palette_state =
+      (in_use_ == palette_.size() ? 1u : 0u) << kExhausted | (in_use_ == 1 ? 1u : 0u) << kSingle;
   unsigned other = 0;  // children that do not have the parent's label
   std::uint32_t newest = 0;
   unsigned stops = 0;
   for (unsigned left = valid; left != 0; left &= left - 1) {
     const auto c = static_cast<unsigned>(std::countr_zero(left));
-    std::uint32_t dynamic = std::uint32_t{kSiblings[other].earlier[c]} << kEarlier | (last_is_known >> c & 1) << kLastIsKnown |
-                            palette_state;
+    std::uint32_t dynamic = std::uint32_t{kSiblings[other].earlier[c]} << kEarlier |
+                            (last_is_known >> c & 1) << kLastIsKnown | palette_state;
     if (other != 0) {
-      for (unsigned a = 0; a < 3; ++a) dynamic |= (choices[kNeighbourX + a][c] == newest ? 1u : 0u) << (kNewestIs + a);
+      for (unsigned a = 0; a < 3; ++a)
+        dynamic |= (choices[kNeighbourX + a][c] == newest ? 1u : 0u) << (kNewestIs + a);
       dynamic |= (newest == last ? 1u : 0u) << kNewestIsLast;
     }
     const std::uint32_t row = model_.row(block.static_bits(c) | depth, dynamic);
@@ -142,7 +155,8 @@ BrickError BrickRebuilder::run(unsigned target) {
         const std::uint32_t child = 8 * n + static_cast<std::uint32_t>(std::countr_zero(rest));
         for (unsigned l = level + 2; l <= target; ++l) {
           const std::uint32_t below = nodes_of_level(l - level - 1);
-          std::fill_n(grid_.labels(l) + std::size_t{child} * below, below, grid_.labels(level + 1)[child]);
+          std::fill_n(grid_.labels(l) + std::size_t{child} * below, below,
+                      grid_.labels(level + 1)[child]);
         }
       }
       for (unsigned open = valid & ~stops; open != 0; open &= open - 1) {
@@ -153,14 +167,16 @@ BrickError BrickRebuilder::run(unsigned target) {
     std::swap(active_, next_);
     count = next_count;
   }
-  if (target + 1 == grid_.levels() && !in_.at_end()) return "the stream does not end with its last symbol";
+  if (target + 1 == grid_.levels() && !in_.at_end())
+    return "the stream does not end with its last symbol";
   return nullptr;
 }
 
 }  // namespace
 
-BrickError rebuild_brick(const ContextModel& model, std::span<const std::uint32_t> palette, std::span<const std::uint8_t> stream,
-                         const Validity& validity, unsigned target, BrickWorkspace& workspace, SymbolTally* tally) {
+BrickError rebuild_brick(const ContextModel& model, std::span<const std::uint32_t> palette,
+                         std::span<const std::uint8_t> stream, const Validity& validity,
+                         unsigned target, BrickWorkspace& workspace, SymbolTally* tally) {
   return BrickRebuilder(model, palette, stream, validity, workspace, tally).run(target);
 }
 

@@ -19,16 +19,18 @@ unsigned BrickWalk::palette_operation(std::uint32_t label) {
 }
 
 /// The children of node n of a level, all eight at once but for those that need the palette.
-void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned level, std::uint32_t n, unsigned valid,
-                      unsigned constant) {
+void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned level,
+                      std::uint32_t n, unsigned valid, unsigned constant) {
   const std::uint32_t* nodes = grid.labels(level + 1);
   const std::uint32_t* labels = nodes + 8 * n;
-  const Block block = Block::at(n, level, grid.labels(level), nodes, nodes_of_level(level) - 1, validity.whole(), validity);
+  const Block block = Block::at(n, level, grid.labels(level), nodes, nodes_of_level(level) - 1,
+                                validity.whole(), validity);
   const Lanes lanes = Lanes::load(labels);
   const Lanes parent = Lanes::broadcast(block.parent);
   const Lanes as_parent = lanes.same(parent);
   const unsigned other = valid & ~lanes.equal(parent);
-  Lanes last = Lanes::broadcast(palette_.back());  // the newest palette entry, as each child finds it
+  Lanes last =
+      Lanes::broadcast(palette_.back());  // the newest palette entry, as each child finds it
   Lanes single = Lanes::broadcast(palette_.size() == 1 ? 1u << kSingle : 0);
   Lanes operations = Lanes::broadcast(kParent);
   Lanes dynamic = Lanes::broadcast(0);
@@ -45,7 +47,8 @@ void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned 
         const auto c = static_cast<unsigned>(std::countr_zero(left));
         of_palette[c] = palette_operation(labels[c]);
         if (of_palette[c] != kAdvance) continue;
-        last_advance_ = event_count_ + static_cast<unsigned>(std::popcount(valid & ((2u << c) - 1)));
+        last_advance_ =
+            event_count_ + static_cast<unsigned>(std::popcount(valid & ((2u << c) - 1)));
         const Lanes later = Lanes::where(0xffu & ~((2u << c) - 1));
         last = last.replaced(Lanes::broadcast(labels[c]), later);
         single = single.without(later);
@@ -55,15 +58,20 @@ void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned 
     operations = operations.without(as_parent);
     const Siblings& siblings = kSiblings[other];
     const Lanes earlier = Lanes::of_bytes(std::bit_cast<std::uint64_t>(siblings.earlier));
-    const Lanes newest = lanes.picked(Lanes::of_bytes(std::bit_cast<std::uint64_t>(siblings.newest)));
-    for (unsigned a = 0; a < 3; ++a) dynamic = dynamic | (block.candidates[a].same(newest) & Lanes::broadcast(1u << (kNewestIs + a)));
+    const Lanes newest =
+        lanes.picked(Lanes::of_bytes(std::bit_cast<std::uint64_t>(siblings.newest)));
+    for (unsigned a = 0; a < 3; ++a)
+      dynamic =
+          dynamic | (block.candidates[a].same(newest) & Lanes::broadcast(1u << (kNewestIs + a)));
     dynamic = dynamic | (last.same(newest) & Lanes::broadcast(1u << kNewestIsLast));
     dynamic = dynamic.without(earlier.same(Lanes::broadcast(0))) | earlier << kEarlier;
   }
-  const Lanes known = last.same(parent) | last.same(block.candidates[0]) | last.same(block.candidates[1]) | last.same(block.candidates[2]);
+  const Lanes known = last.same(parent) | last.same(block.candidates[0]) |
+                      last.same(block.candidates[1]) | last.same(block.candidates[2]);
   dynamic = dynamic | single | (known & Lanes::broadcast(1u << kLastIsKnown));
   const Lanes symbols = operations | (Lanes::where(constant) & Lanes::broadcast(kStopBit));
-  const Lanes statics = block.static_bits() | Lanes::broadcast(depth_of(level + 1, grid.levels()) << kDepth);
+  const Lanes statics =
+      block.static_bits() | Lanes::broadcast(depth_of(level + 1, grid.levels()) << kDepth);
   const Lanes events = symbols | dynamic << kSymbolBits | statics << (kSymbolBits + kDynamicBits);
   if (valid == 0xff) {
     events.store(events_.data() + event_count_);
@@ -72,7 +80,8 @@ void BrickWalk::block(const LabelGrid& grid, const Validity& validity, unsigned 
   }
   std::array<Event, 8> all;
   events.store(all.data());
-  for (unsigned left = valid; left != 0; left &= left - 1) events_[event_count_++] = all[static_cast<unsigned>(std::countr_zero(left))];
+  for (unsigned left = valid; left != 0; left &= left - 1)
+    events_[event_count_++] = all[static_cast<unsigned>(std::countr_zero(left))];
 }
 
 void BrickWalk::run(const LabelGrid& grid, const Validity& validity) {
@@ -99,7 +108,8 @@ void BrickWalk::run(const LabelGrid& grid, const Validity& validity) {
     }
     std::swap(active_, next_);
   }
-  for (std::size_t i = last_advance_; i < event_count_; ++i) events_[i] |= make_event(0, 1u << kExhausted, 0);
+  for (std::size_t i = last_advance_; i < event_count_; ++i)
+    events_[i] |= make_event(0, 1u << kExhausted, 0);
 }
 
 }  // namespace cvr::codecs::csgv_ctx

@@ -24,8 +24,8 @@ class BrickWalk {
   std::span<const std::uint32_t> palette() const { return palette_; }
 
  private:
-  void block(const csgv::LabelGrid& grid, const csgv::Validity& validity, unsigned level, std::uint32_t n, unsigned valid,
-             unsigned constant);
+  void block(const csgv::LabelGrid& grid, const csgv::Validity& validity, unsigned level,
+             std::uint32_t n, unsigned valid, unsigned constant);
   unsigned palette_operation(std::uint32_t label);
 
   std::vector<Event> events_;

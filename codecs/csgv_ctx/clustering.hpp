@@ -16,8 +16,10 @@ namespace cvr::codecs::csgv_ctx {
 template <std::size_t N>
 class Clustering {
  public:
-  Clustering(std::span<const Counts<N>> leaves, std::uint32_t possible) : leaves_(leaves), possible_(possible) {
-    const std::size_t count = std::min<std::size_t>({leaves.size(), kMostRows, leaves.size() / kLeavesARow + 4});
+  Clustering(std::span<const Counts<N>> leaves, std::uint32_t possible)
+      : leaves_(leaves), possible_(possible) {
+    const std::size_t count =
+        std::min<std::size_t>({leaves.size(), kMostRows, leaves.size() / kLeavesARow + 4});
     nearest.assign(leaves.size(), 0);
     begin(count);
     for (unsigned i = 0; i < kIterations; ++i) {
@@ -38,7 +40,8 @@ class Clustering {
   static Lengths lengths_of(const Distribution& distribution) {
     Lengths lengths{};
     for (unsigned s = 0; s < N; ++s) {
-      if (distribution.frequency[s] > 0) lengths[s] = bits(kProbabilityBits) - log2_of(distribution.frequency[s]);
+      if (distribution.frequency[s] > 0)
+        lengths[s] = bits(kProbabilityBits) - log2_of(distribution.frequency[s]);
     }
     return lengths;
   }
@@ -90,7 +93,8 @@ class Clustering {
     for (std::size_t i = 0; i < leaves_.size(); ++i) {
       for (unsigned s = 0; s < N; ++s) sums[nearest[i]][s] += leaves_[i][s];
     }
-    for (std::size_t k = 0; k < sums.size(); ++k) distributions[k] = fit_distribution(sums[k], possible_);
+    for (std::size_t k = 0; k < sums.size(); ++k)
+      distributions[k] = fit_distribution(sums[k], possible_);
   }
 
   void assign() {

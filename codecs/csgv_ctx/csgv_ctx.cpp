@@ -261,9 +261,7 @@ void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>&
   const auto size_bits = static_cast<unsigned>(std::bit_width(most_bytes));
   const auto count_bits = static_cast<unsigned>(std::bit_width(most_entries - 2));
   const unsigned rank_bits = bits_for(list.size());
-  const auto root = [&](std::size_t i) {
-    return workspace.ranks[workspace.bricks[i].first_entry];
-  };
+  const auto root = [&](std::size_t i) { return workspace.ranks[workspace.bricks[i].first_entry]; };
 
   const std::size_t first_word = words.size();
   BitWriter out(words);

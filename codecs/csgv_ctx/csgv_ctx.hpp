@@ -1,4 +1,5 @@
-// `csgv-ctx`: context-coded CSGV, a codec of this project for small bricks. See FORMAT.md in this folder.
+// `csgv-ctx`: context-coded CSGV, a codec of this project for small bricks. See FORMAT.md in this
+// folder.
 #pragma once
 
 #include "codecs/codec.hpp"

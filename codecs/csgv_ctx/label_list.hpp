@@ -1,4 +1,5 @@
-// The labels of a volume, ascending, as gaps in Rice codes: [32: labels][5: k][for each: (gap - 1) >> k in unary, the low k bits].
+// The labels of a volume, ascending, as gaps in Rice codes: [32: labels][5: k][for each: (gap - 1)
+// >> k in unary, the low k bits].
 #pragma once
 
 #include <cstdint>

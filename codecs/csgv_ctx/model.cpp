@@ -7,7 +7,8 @@ namespace cvr::codecs::csgv_ctx {
 
 namespace {
 
-constexpr std::array<unsigned, 2> kTreeBits{kDepth, kStaticBits};  ///< static bits that a pair of trees may ask for
+constexpr std::array<unsigned, 2> kTreeBits{
+    kDepth, kStaticBits};              ///< static bits that a pair of trees may ask for
 constexpr unsigned kMantissaBits = 3;  ///< of a frequency below its highest bit
 constexpr unsigned kBitField = 4;
 constexpr unsigned kWidthField = 4;
@@ -83,10 +84,12 @@ std::uint32_t bits_of(const ContextTrees& trees, std::uint32_t root) {
   return at.bit < 0 ? 0 : 1u << at.bit | bits_of(trees, at.next[0]) | bits_of(trees, at.next[1]);
 }
 
-/// Reads trees as write_tree writes them, and asks no bit twice on a path: so its recursion is as deep as there are bits.
+/// Reads trees as write_tree writes them, and asks no bit twice on a path: so its recursion is as
+/// deep as there are bits.
 class TreeReader {
  public:
-  TreeReader(BitReader& in, ContextTrees& trees, unsigned static_bits) : in_(in), trees_(trees), static_bits_(static_bits) {}
+  TreeReader(BitReader& in, ContextTrees& trees, unsigned static_bits)
+      : in_(in), trees_(trees), static_bits_(static_bits) {}
   bool read() {
     trees_.root = node(true, 0);
     return !bad_ && !in_.failed();
@@ -101,7 +104,8 @@ class TreeReader {
     if (in_.get(1) == 1) {
       at.bit = static_cast<std::int32_t>(in_.get(kBitField));
       const std::uint32_t bit = 1u << at.bit;
-      bad_ |= static_cast<unsigned>(at.bit) >= (is_static ? static_bits_ : kDynamicBits) || (asked & bit) != 0;
+      bad_ |= static_cast<unsigned>(at.bit) >= (is_static ? static_bits_ : kDynamicBits) ||
+              (asked & bit) != 0;
       for (std::uint32_t& next : at.next) next = node(is_static, asked | bit);
     } else if (is_static) {
       at.next[0] = node(false, 0);
@@ -125,7 +129,8 @@ class TreeReader {
 
 }  // namespace
 
-Distribution fit_distribution(const std::array<std::uint64_t, kSymbols>& counts, std::uint32_t possible) {
+Distribution fit_distribution(const std::array<std::uint64_t, kSymbols>& counts,
+                              std::uint32_t possible) {
   std::uint64_t total = 0;
   auto most = static_cast<unsigned>(std::countr_zero(possible));
   for (unsigned s = 0; s < kSymbols; ++s) {
@@ -146,7 +151,8 @@ Distribution fit_distribution(const std::array<std::uint64_t, kSymbols>& counts,
   return Distribution::of(f);
 }
 
-ContextModel::ContextModel(std::array<ContextTrees, 2> trees, std::array<Distribution, kNumberKinds> numbers)
+ContextModel::ContextModel(std::array<ContextTrees, 2> trees,
+                           std::array<Distribution, kNumberKinds> numbers)
     : trees_(std::move(trees)), numbers_(numbers) {
   flatten();
 }
@@ -158,7 +164,8 @@ void ContextModel::flatten() {
   for (unsigned pair = 0; pair < 2; ++pair) {
     const ContextTrees& trees = trees_[pair];
     const auto first = static_cast<std::uint32_t>(distributions_.size());
-    distributions_.insert(distributions_.end(), trees.distributions.begin(), trees.distributions.end());
+    distributions_.insert(distributions_.end(), trees.distributions.begin(),
+                          trees.distributions.end());
     std::vector<std::uint32_t> class_of(trees.nodes.size(), ~0u);  // of the roots of second trees
     const std::uint32_t begin = pair == 0 ? 0 : 1u << kDepth;
     const std::uint32_t end = pair == 0 ? 1u << kDepth : 1u << kStaticBits;
@@ -182,7 +189,8 @@ void ContextModel::flatten() {
 void ContextModel::write(BitWriter& out) const {
   for (unsigned pair = 0; pair < 2; ++pair) {
     out.put(static_cast<std::uint32_t>(trees_[pair].distributions.size() - 1), kRowField);
-    for (const Distribution& d : trees_[pair].distributions) write_distribution(d, kPossible[pair], out);
+    for (const Distribution& d : trees_[pair].distributions)
+      write_distribution(d, kPossible[pair], out);
     write_tree(trees_[pair], trees_[pair].root, true, out);
   }
   for (const Distribution& d : numbers_) write_distribution(d, 0xffff, out);
@@ -193,12 +201,15 @@ csgv::BrickError ContextModel::read(BitReader& in, ContextModel& model) {
     ContextTrees& trees = model.trees_[pair];
     trees.distributions.resize(in.get(kRowField) + 1);
     for (Distribution& d : trees.distributions) {
-      if (!read_distribution(kPossible[pair], in, d)) return "the frequencies of a distribution are more than 4096";
+      if (!read_distribution(kPossible[pair], in, d))
+        return "the frequencies of a distribution are more than 4096";
     }
-    if (!TreeReader(in, trees, kTreeBits[pair]).read()) return "a context tree asks for a bit twice or for too many, or ends early";
+    if (!TreeReader(in, trees, kTreeBits[pair]).read())
+      return "a context tree asks for a bit twice or for too many, or ends early";
   }
   for (Distribution& d : model.numbers_) {
-    if (!read_distribution(0xffff, in, d)) return "the frequencies of a distribution are more than 4096";
+    if (!read_distribution(0xffff, in, d))
+      return "the frequencies of a distribution are more than 4096";
   }
   if (in.failed()) return "the tables end early";
   model.flatten();

@@ -1,11 +1,12 @@
 // Range asymmetric numeral systems for very short streams (Duda 2013): one stream a brick.
 //
-// State of 32 bits, renormalised by words of 16 bits at 2^16, probabilities in units of 2^-12. What is unusual: the encoder begins with the
-// state 0, so that nothing is spent on a first state, and stores no more bytes of its last one than it has. The decoder ends with 0,
-// which is checked: a damaged stream ends with it by chance alone.
+// State of 32 bits, renormalised by words of 16 bits at 2^16, probabilities in units of 2^-12. What
+// is unusual: the encoder begins with the state 0, so that nothing is spent on a first state, and
+// stores no more bytes of its last one than it has. The decoder ends with 0, which is checked: a
+// damaged stream ends with it by chance alone.
 //
-// Bytes: the last state, little endian, its leading zero bytes left out; then the words. A stream with words has three or four bytes of
-// state, which the parity of its length tells.
+// Bytes: the last state, little endian, its leading zero bytes left out; then the words. A stream
+// with words has three or four bytes of state, which the parity of its length tells.
 #pragma once
 
 #include <array>
@@ -43,8 +44,12 @@ struct alignas(64) Distribution {
 #ifdef CVR_LANES_AVX2
     const __m256i begins = _mm256_load_si256(reinterpret_cast<const __m256i*>(start.data()));
     const __m256i beyond = _mm256_cmpgt_epi16(begins, _mm256_set1_epi16(static_cast<short>(slot)));
-    return static_cast<unsigned>(std::countr_zero(static_cast<std::uint64_t>(static_cast<std::uint32_t>(_mm256_movemask_epi8(beyond))) |
-                                                  std::uint64_t{1} << 32)) / 2 - 1;
+    return static_cast<unsigned>(
+               std::countr_zero(static_cast<std::uint64_t>(
+                                    static_cast<std::uint32_t>(_mm256_movemask_epi8(beyond))) |
+                                std::uint64_t{1} << 32)) /
+               2 -
+           1;
 #else
     unsigned count = 0;
     for (unsigned s = 1; s < kSymbols; ++s) count += start[s] <= slot ? 1u : 0u;
@@ -53,10 +58,12 @@ struct alignas(64) Distribution {
   }
 };
 
-/// ceil(2^44 / f): of every x below 2^32, floor(x / f) is floor(x * kReciprocals[f] / 2^44), as x * (f - 1) is below 2^44.
+/// ceil(2^44 / f): of every x below 2^32, floor(x / f) is floor(x * kReciprocals[f] / 2^44), as x *
+/// (f - 1) is below 2^44.
 inline constexpr auto kReciprocals = [] {
   std::array<std::uint64_t, kProbabilitySum + 1> table{};
-  for (std::uint64_t f = 1; f <= kProbabilitySum; ++f) table[f] = ((std::uint64_t{1} << 44) + f - 1) / f;
+  for (std::uint64_t f = 1; f <= kProbabilitySum; ++f)
+    table[f] = ((std::uint64_t{1} << 44) + f - 1) / f;
   return table;
 }();
 
@@ -74,17 +81,24 @@ class StreamEncoder {
       *--at_ = static_cast<std::uint16_t>(state_);
       state_ >>= 16;
     }
-    const auto quotient = static_cast<std::uint32_t>(static_cast<unsigned __int128>(std::uint64_t{state_} << 20) * kReciprocals[frequency] >> 64);
+    const auto quotient = static_cast<std::uint32_t>(
+        static_cast<unsigned __int128>(std::uint64_t{state_} << 20) * kReciprocals[frequency] >>
+        64);
     state_ += quotient * (kProbabilitySum - frequency) + start;
   }
-  void put(const Distribution& distribution, unsigned symbol) { put(distribution.start[symbol], distribution.frequency[symbol]); }
+  void put(const Distribution& distribution, unsigned symbol) {
+    put(distribution.start[symbol], distribution.frequency[symbol]);
+  }
   /// The low `count` <= 12 bits of a number, all equally likely.
-  void put_bits(std::uint32_t value, unsigned count) { put(value << (kProbabilityBits - count), kProbabilitySum >> count); }
+  void put_bits(std::uint32_t value, unsigned count) {
+    put(value << (kProbabilityBits - count), kProbabilitySum >> count);
+  }
 
   /// Appends the stream to `out`.
   void finish(std::vector<std::uint8_t>& out) const {
     const unsigned least = at_ == end_ ? 0 : 3;
-    for (unsigned i = 0; i < 4 && (state_ >> (8 * i) != 0 || i < least); ++i) out.push_back(static_cast<std::uint8_t>(state_ >> (8 * i)));
+    for (unsigned i = 0; i < 4 && (state_ >> (8 * i) != 0 || i < least); ++i)
+      out.push_back(static_cast<std::uint8_t>(state_ >> (8 * i)));
     const auto words = std::as_bytes(std::span(at_, end_));
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(words.data());
     out.insert(out.end(), bytes, bytes + words.size());
@@ -99,7 +113,8 @@ class StreamEncoder {
 /// Reads one stream forwards; where its words end, zeros of the state go on.
 class StreamDecoder {
  public:
-  explicit StreamDecoder(std::span<const std::uint8_t> bytes) : at_(bytes.data()), end_(bytes.data() + bytes.size()) {
+  explicit StreamDecoder(std::span<const std::uint8_t> bytes)
+      : at_(bytes.data()), end_(bytes.data() + bytes.size()) {
     const std::size_t length = bytes.size() < 4 ? bytes.size() : 4 - bytes.size() % 2;
     for (std::size_t i = 0; i < length; ++i) state_ |= std::uint32_t{*at_++} << (8 * i);
   }

@@ -22,9 +22,10 @@ struct Sample {
 };
 
 // What a tree's description costs: measured as a whole it is close to this on real volumes.
-constexpr Cost kSplit = bits(5);           ///< the split and its bit
-constexpr Cost kLeaf = bits(8);            ///< the leaf and its distribution
-constexpr Cost kSymbol = bits(3);          ///< each further symbol of a leaf, with half the logarithm of its count
+constexpr Cost kSplit = bits(5);  ///< the split and its bit
+constexpr Cost kLeaf = bits(8);   ///< the leaf and its distribution
+constexpr Cost kSymbol =
+    bits(3);  ///< each further symbol of a leaf, with half the logarithm of its count
 constexpr Cost kFewestStatic = bits(512);  ///< what costs less is not split further, by static bits
 constexpr Cost kFewestDynamic = bits(48);  ///< and by dynamic bits
 
@@ -52,7 +53,8 @@ class TreeGrower {
  public:
   using Entries = std::span<Sample<N>>;
 
-  TreeGrower(ContextTrees& trees, const ContextBits& bits) : trees_(trees), bits_(bits), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
+  TreeGrower(ContextTrees& trees, const ContextBits& bits)
+      : trees_(trees), bits_(bits), place_(std::size_t{1} << kDynamicBits, kNowhere) {}
 
   /// `events`: ascending.
   void grow(std::span<const Entry> events) {
@@ -81,7 +83,8 @@ class TreeGrower {
   };
   static constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
 
-  /// The bit, of those in `asked`, that shortens the description most, to less than `bar`. `sum`: of all entries.
+  /// The bit, of those in `asked`, that shortens the description most, to less than `bar`. `sum`:
+  /// of all entries.
   static Split best_split(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost bar) {
     Split best;
     std::uint32_t all = ~std::uint32_t{0};
@@ -92,7 +95,8 @@ class TreeGrower {
     }
     best.useful = asked & any & ~all;
     std::array<Counts<N>, kStaticBits> ones;
-    for (std::uint32_t rest = best.useful; rest != 0; rest &= rest - 1) ones[static_cast<unsigned>(std::countr_zero(rest))] = {};
+    for (std::uint32_t rest = best.useful; rest != 0; rest &= rest - 1)
+      ones[static_cast<unsigned>(std::countr_zero(rest))] = {};
     for (const Sample<N>& entry : entries) {
       for (std::uint32_t rest = entry.context & best.useful; rest != 0; rest &= rest - 1) {
         add_to(ones[static_cast<unsigned>(std::countr_zero(rest))], entry.symbols);
@@ -121,7 +125,9 @@ class TreeGrower {
 
   /// Moves the entries with that bit to the end.
   static std::array<Entries, 2> partition(Entries entries, unsigned bit) {
-    const auto middle = std::partition(entries.begin(), entries.end(), [bit](const Sample<N>& e) { return (e.context >> bit & 1) == 0; });
+    const auto middle = std::partition(entries.begin(), entries.end(), [bit](const Sample<N>& e) {
+      return (e.context >> bit & 1) == 0;
+    });
     return {Entries{entries.begin(), middle}, Entries{middle, entries.end()}};
   }
 
@@ -140,10 +146,14 @@ class TreeGrower {
     leaves.resize(mark.leaves);
   }
 
-  /// `entries` are static contexts. Grown by what they cost alone; where a split gave two classes that cost less as one, it is taken back.
-  std::uint32_t split_static(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost& cost) {
+  /// `entries` are static contexts. Grown by what they cost alone; where a split gave two classes
+  /// that cost less as one, it is taken back.
+  std::uint32_t split_static(Entries entries, const Counts<N>& sum, std::uint32_t asked,
+                             Cost& cost) {
     const Cost leaf = cost_of(sum) + kLeaf;
-    const Split split = leaf < kFewestStatic ? Split{} : best_split(entries, sum, asked, std::numeric_limits<Cost>::max());
+    const Split split = leaf < kFewestStatic
+                            ? Split{}
+                            : best_split(entries, sum, asked, std::numeric_limits<Cost>::max());
     if (split.bit < 0) {
       ++classes_;
       return one_class(entries, cost);
@@ -154,12 +164,15 @@ class TreeGrower {
     TreeNode node{split.bit, {}};
     std::array<Cost, 2> costs{};
     for (const unsigned side : {0u, 1u}) {
-      node.next[side] = split_static(sides[side], split.sums[side], split.useful & ~(1u << split.bit), costs[side]);
+      node.next[side] = split_static(sides[side], split.sums[side],
+                                     split.useful & ~(1u << split.bit), costs[side]);
     }
     cost = kSplit + costs[0] + costs[1];
     if (classes_ - classes > 2 && cost < leaf) return add_node(node);
-    const std::vector<TreeNode> nodes(trees_.nodes.begin() + static_cast<std::ptrdiff_t>(before.nodes), trees_.nodes.end());
-    const std::vector<Counts<N>> counts(leaves.begin() + static_cast<std::ptrdiff_t>(before.leaves), leaves.end());
+    const std::vector<TreeNode> nodes(
+        trees_.nodes.begin() + static_cast<std::ptrdiff_t>(before.nodes), trees_.nodes.end());
+    const std::vector<Counts<N>> counts(leaves.begin() + static_cast<std::ptrdiff_t>(before.leaves),
+                                        leaves.end());
     take_back(before);
     Cost whole = 0;
     const std::uint32_t root = one_class(entries, whole);
@@ -178,7 +191,8 @@ class TreeGrower {
   std::uint32_t one_class(Entries statics, Cost& cost) {
     std::vector<Sample<N>> entries;
     for (const Sample<N>& one : statics) {
-      for (std::size_t i = first_[one.context]; i < events_.size() && static_of(events_[i].event) == one.context; ++i) {
+      for (std::size_t i = first_[one.context];
+           i < events_.size() && static_of(events_[i].event) == one.context; ++i) {
         const std::uint32_t dynamic = dynamic_of(events_[i].event);
         if (place_[dynamic] == kNowhere) {
           place_[dynamic] = static_cast<std::uint32_t>(entries.size());
@@ -195,10 +209,13 @@ class TreeGrower {
   }
 
   /// A second tree: split as long as that pays at once.
-  std::uint32_t split_dynamic(Entries entries, const Counts<N>& sum, std::uint32_t asked, Cost& cost) {
+  std::uint32_t split_dynamic(Entries entries, const Counts<N>& sum, std::uint32_t asked,
+                              Cost& cost) {
     const Cost leaf = cost_of(sum) + kLeaf;
     if (std::popcount(class_bits_) >= static_cast<int>(kMostDynamic)) asked &= class_bits_;
-    const Split split = leaf < kFewestDynamic ? Split{} : best_split(entries, sum, asked, leaf - kSplit - 2 * kLeaf);
+    const Split split = leaf < kFewestDynamic
+                            ? Split{}
+                            : best_split(entries, sum, asked, leaf - kSplit - 2 * kLeaf);
     if (split.bit >= 0) {
       const Mark before = mark();
       const std::uint32_t bits_before = class_bits_;
@@ -209,7 +226,8 @@ class TreeGrower {
       // The larger side chooses the bits of the class first.
       const unsigned larger = sides[1].size() > sides[0].size() ? 1 : 0;
       for (const unsigned side : {larger, 1 - larger}) {
-        node.next[side] = split_dynamic(sides[side], split.sums[side], split.useful & ~(1u << split.bit), costs[side]);
+        node.next[side] = split_dynamic(sides[side], split.sums[side],
+                                        split.useful & ~(1u << split.bit), costs[side]);
       }
       cost = kSplit + costs[0] + costs[1];
       if (cost < leaf) return add_node(node);
@@ -224,17 +242,20 @@ class TreeGrower {
   ContextTrees& trees_;
   ContextBits bits_;
   std::span<const Entry> events_;
-  std::array<std::uint32_t, std::size_t{1} << kStaticBits> first_{};  ///< of events_, for each static context
+  std::array<std::uint32_t, std::size_t{1} << kStaticBits>
+      first_{};                       ///< of events_, for each static context
   std::vector<std::uint32_t> place_;  ///< of one_class: where each dynamic context is
   std::size_t classes_ = 0;
   std::uint32_t class_bits_ = 0;  ///< dynamic bits of the class that is grown
 };
 
 /// Makes the counts that the leaves of second trees name into distributions.
-void name_distributions(ContextTrees& trees, std::uint32_t node, bool is_static, std::span<const std::uint32_t> distributions) {
+void name_distributions(ContextTrees& trees, std::uint32_t node, bool is_static,
+                        std::span<const std::uint32_t> distributions) {
   TreeNode& at = trees.nodes[node];
   if (at.bit >= 0) {
-    for (const std::uint32_t next : at.next) name_distributions(trees, next, is_static, distributions);
+    for (const std::uint32_t next : at.next)
+      name_distributions(trees, next, is_static, distributions);
   } else if (is_static) {
     name_distributions(trees, at.next[0], false, distributions);
   } else {
@@ -243,7 +264,8 @@ void name_distributions(ContextTrees& trees, std::uint32_t node, bool is_static,
 }
 
 template <std::size_t N>
-ContextTrees grow_trees(std::span<const Entry> events, const ContextBits& bits, std::uint32_t possible) {
+ContextTrees grow_trees(std::span<const Entry> events, const ContextBits& bits,
+                        std::uint32_t possible) {
   ContextTrees trees;
   const auto grower = std::make_unique<TreeGrower<N>>(trees, bits);
   grower->grow(events);
@@ -255,13 +277,17 @@ ContextTrees grow_trees(std::span<const Entry> events, const ContextBits& bits, 
 
 }  // namespace
 
-ContextModel train(const EventCounts& events, const NumberCounts& numbers, const ContextBits& bits) {
+ContextModel train(const EventCounts& events, const NumberCounts& numbers,
+                   const ContextBits& bits) {
   const std::vector<Entry> entries = events.entries();
-  const auto others = std::ranges::partition_point(entries, [](const Entry& entry) { return static_of(entry.event) >> kDepth == 0; });
-  std::array<ContextTrees, 2> trees{grow_trees<8>({entries.begin(), others}, bits, kPossible[0]),
-                                    grow_trees<kSymbols>({others, entries.end()}, bits, kPossible[1])};
+  const auto others = std::ranges::partition_point(
+      entries, [](const Entry& entry) { return static_of(entry.event) >> kDepth == 0; });
+  std::array<ContextTrees, 2> trees{
+      grow_trees<8>({entries.begin(), others}, bits, kPossible[0]),
+      grow_trees<kSymbols>({others, entries.end()}, bits, kPossible[1])};
   std::array<Distribution, kNumberKinds> widths{};
-  for (unsigned kind = 0; kind < kNumberKinds; ++kind) widths[kind] = fit_distribution(numbers[kind], 0xffff);
+  for (unsigned kind = 0; kind < kNumberKinds; ++kind)
+    widths[kind] = fit_distribution(numbers[kind], 0xffff);
   return ContextModel(std::move(trees), widths);
 }
 

@@ -1,5 +1,6 @@
-// Fits the tables of a volume to what was counted of it: grows context trees by description length, then makes few distributions of
-// their many leaves. All arithmetic is on integers: every build makes the same bytes.
+// Fits the tables of a volume to what was counted of it: grows context trees by description length,
+// then makes few distributions of their many leaves. All arithmetic is on integers: every build
+// makes the same bytes.
 #pragma once
 
 #include <array>

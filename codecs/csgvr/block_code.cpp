@@ -21,14 +21,18 @@ namespace {
 
 constexpr unsigned kMostLength = CVR_C_CODE_BITS;
 constexpr std::uint32_t kRawBits = CVR_C_RAW_BITS;
-constexpr unsigned kEscapes = 9;  ///< by labels of their own
+constexpr unsigned kEscapes = 9;              ///< by labels of their own
 constexpr std::uint32_t kPatterns = 1679616;  ///< 6^8
-constexpr std::uint64_t kMostPatterns = std::uint64_t{1} << 12;  ///< of a code, half of what 13 bits could tell apart
-/// What a pattern must save to be worth its place in the table, and the escape that is expected before there is one.
+constexpr std::uint64_t kMostPatterns =
+    std::uint64_t{1} << 12;  ///< of a code, half of what 13 bits could tell apart
+/// What a pattern must save to be worth its place in the table, and the escape that is expected
+/// before there is one.
 constexpr double kWorthBits = 25;
 constexpr double kExpectedEscape = 4;
 
-unsigned labels_of(BlockOperations operations) { return static_cast<unsigned>(std::popcount(shaders::cvr_c_own_labels(operations))); }
+unsigned labels_of(BlockOperations operations) {
+  return static_cast<unsigned>(std::popcount(shaders::cvr_c_own_labels(operations)));
+}
 
 std::uint32_t number_of(BlockOperations operations) {
   std::uint32_t number = 0;
@@ -51,7 +55,8 @@ void put_exp_golomb(BitWriter& out, std::uint32_t value, unsigned parameter) {
 }
 
 unsigned exp_golomb_bits(std::uint32_t value, unsigned parameter) {
-  return 2 * static_cast<unsigned>(std::bit_width((std::uint64_t{value} >> parameter) + 1)) - 1 + parameter;
+  return 2 * static_cast<unsigned>(std::bit_width((std::uint64_t{value} >> parameter) + 1)) - 1 +
+         parameter;
 }
 
 /// False above 2^32 - 1.
@@ -101,16 +106,19 @@ void BlockCode::Side::assign_codes() {
   for (std::size_t i = 0; i < patterns.size(); ++i) {
     std::size_t at = hash(patterns[i]) >> hash_shift_;
     while (slots_[at].length != 0) at = (at + 1) & (slots_.size() - 1);
-    slots_[at] = {patterns[i], static_cast<std::uint16_t>(codes[i].bits), static_cast<std::uint16_t>(codes[i].length)};
+    slots_[at] = {patterns[i], static_cast<std::uint16_t>(codes[i].bits),
+                  static_cast<std::uint16_t>(codes[i].length)};
   }
 }
 
 CodedBlock BlockCode::Side::coded(BlockOperations operations) const {
   const unsigned labels = labels_of(operations);
   const auto block = [&](std::uint64_t bits, std::uint32_t length) {
-    return CodedBlock{bits, operations, static_cast<std::uint16_t>(length), static_cast<std::uint16_t>(labels)};
+    return CodedBlock{bits, operations, static_cast<std::uint16_t>(length),
+                      static_cast<std::uint16_t>(labels)};
   };
-  for (std::size_t at = hash(operations) >> hash_shift_; slots_[at].length != 0; at = (at + 1) & (slots_.size() - 1)) {
+  for (std::size_t at = hash(operations) >> hash_shift_; slots_[at].length != 0;
+       at = (at + 1) & (slots_.size() - 1)) {
     if (slots_[at].operations == operations) return block(slots_[at].bits, slots_[at].length);
   }
   const Code& escape = codes[patterns.size() + labels];
@@ -130,7 +138,8 @@ void BlockCode::fit_side(Side& side, const KeyCounts& patterns) {
   for (const auto& [key, count] : patterns.entries()) {
     const auto pattern = static_cast<BlockOperations>(key);
     const auto times = static_cast<double>(count);
-    if (times * (kExpectedEscape + kRawBits - std::log2(static_cast<double>(total) / times)) > kWorthBits) {
+    if (times * (kExpectedEscape + kRawBits - std::log2(static_cast<double>(total) / times)) >
+        kWorthBits) {
       candidates.push_back({number_of(pattern), count});
     } else {
       escaped[labels_of(pattern)] += count;
@@ -186,7 +195,8 @@ void BlockCode::write(ByteWriter& out) const {
       put_exp_golomb(bits, gaps[i], best);
       bits.put(side->lengths[i] - 1u, 4);
     }
-    for (std::size_t i = gaps.size(); i < side->lengths.size(); ++i) bits.put(side->lengths[i] - 1u, 4);
+    for (std::size_t i = gaps.size(); i < side->lengths.size(); ++i)
+      bits.put(side->lengths[i] - 1u, 4);
   }
   out.append(std::as_bytes(std::span(words)).first((bits.bits() + 7) / 8));
 }
@@ -208,23 +218,31 @@ Expected<void> BlockCode::read(ByteReader& in) {
       const std::uint64_t number = next + gap;
       side->lengths.push_back(static_cast<std::uint8_t>(bits.get(4) + 1));
       if (bits.failed()) break;
-      if (!numbered || number >= kPatterns || !valid_operations(pattern_of(static_cast<std::uint32_t>(number)))) {
-        return fail(ErrorCode::kMalformed, fmt::format("{} code, pattern {}: {} is no block that an encoder writes", name, i, number));
+      if (!numbered || number >= kPatterns ||
+          !valid_operations(pattern_of(static_cast<std::uint32_t>(number)))) {
+        return fail(ErrorCode::kMalformed,
+                    fmt::format("{} code, pattern {}: {} is no block that an encoder writes", name,
+                                i, number));
       }
       side->patterns.push_back(pattern_of(static_cast<std::uint32_t>(number)));
       next = number + 1;
     }
-    for (unsigned i = 0; i < kEscapes; ++i) side->lengths.push_back(static_cast<std::uint8_t>(bits.get(4) + 1));
+    for (unsigned i = 0; i < kEscapes; ++i)
+      side->lengths.push_back(static_cast<std::uint8_t>(bits.get(4) + 1));
     if (bits.failed() || bits.position() > 8 * bytes.size()) {
       return fail(ErrorCode::kTruncated, fmt::format("{} code: the tables end within it", name));
     }
-    if (count > kMostPatterns || std::ranges::max(side->lengths) > kMostLength || !entropy::is_complete_prefix_code(side->lengths)) {
-      return fail(ErrorCode::kMalformed, fmt::format("{} code: expected at most {} patterns, and lengths that use up all codes", name,
-                                                     kMostPatterns));
+    if (count > kMostPatterns || std::ranges::max(side->lengths) > kMostLength ||
+        !entropy::is_complete_prefix_code(side->lengths)) {
+      return fail(
+          ErrorCode::kMalformed,
+          fmt::format("{} code: expected at most {} patterns, and lengths that use up all codes",
+                      name, kMostPatterns));
     }
     side->assign_codes();
   }
-  if ((bits.position() + 7) / 8 != bytes.size()) return fail(ErrorCode::kMalformed, "block codes: the tables go on behind them");
+  if ((bits.position() + 7) / 8 != bytes.size())
+    return fail(ErrorCode::kMalformed, "block codes: the tables go on behind them");
   build_tables();
   return {};
 }
@@ -237,10 +255,13 @@ void BlockCode::build_tables() {
     for (std::size_t k = 0; k < side.codes.size(); ++k) {
       const auto [bits, length] = side.codes[k];
       const bool escape = k >= side.patterns.size();
-      const auto labels = static_cast<std::uint32_t>(escape ? k - side.patterns.size() : labels_of(side.patterns[k]));
+      const auto labels = static_cast<std::uint32_t>(escape ? k - side.patterns.size()
+                                                            : labels_of(side.patterns[k]));
       const std::uint32_t entry = (escape ? length + kRawBits : length) | labels << 6;
-      const auto place = static_cast<std::uint32_t>(escape ? CVR_C_NO_PLACE : tables_.size() - CVR_C_OPERATIONS + k);
-      for (std::uint32_t i = fine * CVR_C_LOOKUP + bits; i < (fine + 1) * CVR_C_LOOKUP; i += 1u << length) {
+      const auto place = static_cast<std::uint32_t>(escape ? CVR_C_NO_PLACE
+                                                           : tables_.size() - CVR_C_OPERATIONS + k);
+      for (std::uint32_t i = fine * CVR_C_LOOKUP + bits; i < (fine + 1) * CVR_C_LOOKUP;
+           i += 1u << length) {
         tables_[i / 2] |= entry << (16 * (i % 2));
         tables_[CVR_C_PLACES + i / 2] |= place << (16 * (i % 2));
       }

@@ -1,12 +1,13 @@
-// The two prefix codes of `csgvr-c`, for the blocks of the finest level and of all others: fitting, storing, looking up.
+// The two prefix codes of `csgvr-c`, for the blocks of the finest level and of all others: fitting,
+// storing, looking up.
 //
 // Stored as bits, first bit lowest, the fine code before the coarse one:
 //   16  patterns K     5  parameter p
 //   K times: Exp-Golomb code with parameter p of (number - number before - 1, the first: number)     4  code length - 1
 //   9 times: 4  length of the escape - 1, of blocks with 0 to 8 labels of their own
-// The number of a pattern is its operations in base 6, child 0 lowest. Exp-Golomb: q = value >> p; as many zeros as q + 1 has bits less
-// one, the bits of q + 1 from the highest on, the p low bits of the value.
-// The lookup tables are those of shaders/shared/csgvr_c.glsl.
+// The number of a pattern is its operations in base 6, child 0 lowest. Exp-Golomb: q = value >> p;
+// as many zeros as q + 1 has bits less one, the bits of q + 1 from the highest on, the p low bits
+// of the value. The lookup tables are those of shaders/shared/csgvr_c.glsl.
 #pragma once
 
 #include <array>
@@ -22,11 +23,14 @@
 namespace cvr::codecs::csgvr {
 
 /// What shapes are counted by: BlockShape::bits(), and whether the block is of the finest level.
-inline std::uint64_t shape_key(const BlockShape& shape, bool fine) { return shape.bits() << 1 | (fine ? 1 : 0); }
+inline std::uint64_t shape_key(const BlockShape& shape, bool fine) {
+  return shape.bits() << 1 | (fine ? 1 : 0);
+}
 inline BlockShape shape_of(std::uint64_t key) { return BlockShape::from_bits(key >> 1); }
 inline bool is_fine(std::uint64_t key) { return (key & 1) != 0; }
 
-/// Whether operations are such as an encoder writes: all below 6, and no repeated label before the first of the block.
+/// Whether operations are such as an encoder writes: all below 6, and no repeated label before the
+/// first of the block.
 bool valid_operations(BlockOperations operations);
 
 /// A block's code and what it stands for.
@@ -40,7 +44,8 @@ struct CodedBlock {
 /// How often each pattern occurs in coarse and in fine blocks, by its operations.
 using PatternCounts = std::array<KeyCounts, 2>;
 
-/// Of the operations that a shape allows the most frequent ones; of equal ones the first in kAxisOrders.
+/// Of the operations that a shape allows the most frequent ones; of equal ones the first in
+/// kAxisOrders.
 BlockOperations most_frequent(const BlockShape& shape, const KeyCounts& patterns);
 
 class BlockCode {
@@ -51,7 +56,9 @@ class BlockCode {
   void write(ByteWriter& out) const;
   volumes::Expected<void> read(ByteReader& in);
 
-  CodedBlock coded(BlockOperations operations, bool fine) const { return sides_[fine].coded(operations); }
+  CodedBlock coded(BlockOperations operations, bool fine) const {
+    return sides_[fine].coded(operations);
+  }
 
   /// Lookup tables for shaders/shared/csgvr_c.glsl.
   const std::vector<std::uint32_t>& tables() const { return tables_; }
@@ -61,7 +68,8 @@ class BlockCode {
     std::uint32_t bits;
     std::uint32_t length;
   };
-  /// One of the two codes: patterns in ascending order of their numbers, and after them the escapes.
+  /// One of the two codes: patterns in ascending order of their numbers, and after them the
+  /// escapes.
   struct Side {
     std::vector<BlockOperations> patterns;
     std::vector<std::uint8_t> lengths;

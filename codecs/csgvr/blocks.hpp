@@ -1,5 +1,6 @@
-// The 2x2x2 blocks of a brick as `csgvr-c` codes them: for each open node, coarsest level first and in Morton order, what may be
-// said of its eight children. Which of several neighbours with the same label is named is left to the code (block_code.hpp).
+// The 2x2x2 blocks of a brick as `csgvr-c` codes them: for each open node, coarsest level first and
+// in Morton order, what may be said of its eight children. Which of several neighbours with the
+// same label is named is left to the code (block_code.hpp).
 #pragma once
 
 #include <array>
@@ -14,7 +15,8 @@
 
 namespace cvr::codecs::csgvr {
 
-/// The operations of the 8 children, 3 bits each: 4 a label of its own, 5 the last such label of the block again.
+/// The operations of the 8 children, 3 bits each: 4 a label of its own, 5 the last such label of
+/// the block again.
 using BlockOperations = std::uint32_t;
 
 /// The bits of a mask, three apart.
@@ -26,14 +28,16 @@ inline constexpr auto kSpread3 = [] {
   return table;
 }();
 
-inline constexpr std::array<std::array<unsigned, 3>, 6> kAxisOrders{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+inline constexpr std::array<std::array<unsigned, 3>, 6> kAxisOrders{
+    {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
 
-/// What a block can be coded as: masks of its children. Those in none of x, y, z, own have the parent's label.
+/// What a block can be coded as: masks of its children. Those in none of x, y, z, own have the
+/// parent's label.
 class BlockShape {
  public:
   BlockShape() = default;
-  /// x, y, z: have the label of the neighbour along the axis, not the parent's; own: have neither's; repeated: those of `own` with the
-  /// label of the last of them.
+  /// x, y, z: have the label of the neighbour along the axis, not the parent's; own: have
+  /// neither's; repeated: those of `own` with the label of the last of them.
   BlockShape(const std::array<unsigned, 3>& axes, unsigned own, unsigned repeated)
       : bits_(axes[0] | axes[1] << 8 | axes[2] << 16 | own << 24 | std::uint64_t{repeated} << 32) {}
 
@@ -46,7 +50,8 @@ class BlockShape {
   unsigned axis(unsigned a) const { return bits_ >> (8 * a) & 0xff; }
   unsigned own() const { return bits_ >> 24 & 0xff; }
   unsigned repeated() const { return bits_ >> 32 & 0xff; }
-  /// Places in kAxisOrders, without the first, of orders that may name other neighbours: none where no child matches two axes.
+  /// Places in kAxisOrders, without the first, of orders that may name other neighbours: none where
+  /// no child matches two axes.
   std::span<const unsigned> other_orders() const;
 
   /// The axis that most children match first, then the one that most of the others match.
@@ -55,7 +60,8 @@ class BlockShape {
     unsigned named = 0;
     for (unsigned i = 0; i < 2; ++i) {
       for (unsigned k = i + 1; k < 3; ++k) {
-        if (std::popcount(axis(order[k]) & ~named) > std::popcount(axis(order[i]) & ~named)) std::swap(order[i], order[k]);
+        if (std::popcount(axis(order[k]) & ~named) > std::popcount(axis(order[i]) & ~named))
+          std::swap(order[i], order[k]);
       }
       named |= axis(order[i]);
     }
@@ -78,14 +84,18 @@ class BlockShape {
 };
 
 inline std::span<const unsigned> BlockShape::other_orders() const {
-  static constexpr std::array<unsigned, 5> kAll{1, 2, 3, 4, 5}, kYBeforeX{2}, kZBeforeX{4}, kZBeforeY{1};
+  static constexpr std::array<unsigned, 5> kAll{1, 2, 3, 4, 5}, kYBeforeX{2}, kZBeforeX{4},
+      kZBeforeY{1};
   const bool xy = (axis(0) & axis(1)) != 0;
   const bool xz = (axis(0) & axis(2)) != 0;
   const bool yz = (axis(1) & axis(2)) != 0;
   switch ((xy ? 1 : 0) + (xz ? 1 : 0) + (yz ? 1 : 0)) {
-    case 0: return {};
-    case 1: return std::span(xy ? kYBeforeX : xz ? kZBeforeX : kZBeforeY).first(1);
-    default: return kAll;
+    case 0:
+      return {};
+    case 1:
+      return std::span(xy ? kYBeforeX : xz ? kZBeforeX : kZBeforeY).first(1);
+    default:
+      return kAll;
   }
 }
 
@@ -95,8 +105,8 @@ class BlockFinder {
   explicit BlockFinder(std::uint32_t b)
       : active_(csgv::nodes_of_level(csgv::levels_of_brick(b) - 2)), next_(active_.size()) {}
 
-  /// body(finest, shape, mask of open children, labels of the 8 children) for each block of a grid whose nodes outside the volume are
-  /// filled.
+  /// body(finest, shape, mask of open children, labels of the 8 children) for each block of a grid
+  /// whose nodes outside the volume are filled.
   template <class Body>
   void run(const csgv::LabelGrid& grid, Body&& body) {
     std::uint32_t count = grid.constant() ? 0 : 1;
@@ -124,7 +134,8 @@ class BlockFinder {
     const csgv::Lanes lanes = csgv::Lanes::load(nodes + 8 * n);
     const unsigned differs = ~lanes.equal(csgv::Lanes::broadcast(parents[n])) & 0xff;
     if (differs == 0) return {};
-    auto axes = csgv::neighbour_matches(lanes, nodes, parents, n, csgv::nodes_of_level(l - 1) - 1, [](std::uint32_t) { return true; });
+    auto axes = csgv::neighbour_matches(lanes, nodes, parents, n, csgv::nodes_of_level(l - 1) - 1,
+                                        [](std::uint32_t) { return true; });
     for (unsigned& mask : axes) mask &= differs;
     const unsigned own = differs & ~(axes[0] | axes[1] | axes[2]);
     unsigned repeated = 0;

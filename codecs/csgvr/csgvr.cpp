@@ -1,11 +1,14 @@
-// `csgvr` and `csgvr-sb`: operations in a Huffman-shaped wavelet matrix, without and with stop bits (CSGV-R paper, section 3).
+// `csgvr` and `csgvr-sb`: operations in a Huffman-shaped wavelet matrix, without and with stop bits
+// (CSGV-R paper, section 3).
 //
-// Brick layout and single-voxel access: shaders/shared/csgvr.glsl. This file builds the matrix, checks it, and decodes whole
-// bricks by a faster path than node-by-node access: one cursor a wavelet level, eight operations a step.
+// Brick layout and single-voxel access: shaders/shared/csgvr.glsl. This file builds the matrix,
+// checks it, and decodes whole bricks by a faster path than node-by-node access: one cursor a
+// wavelet level, eight operations a step.
+#include "codecs/csgvr/csgvr.hpp"
+
 #include <fmt/format.h>
 
 #include "codecs/csgv/brick_codec.hpp"
-#include "codecs/csgvr/csgvr.hpp"
 #include "codecs/csgvr/voxel_walk.hpp"
 #include "codecs/succinct/bit_vector.hpp"
 
@@ -31,14 +34,16 @@ std::array<std::uint64_t, 4> bit_planes(const std::uint8_t* symbols) {
     const __m256i bytes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(symbols + 32 * half));
     for (unsigned k = 0; k < 4; ++k) {
       const __m256i top = _mm256_slli_epi16(bytes, static_cast<int>(7 - k));
-      planes[k] |= std::uint64_t{static_cast<std::uint32_t>(_mm256_movemask_epi8(top))} << (32 * half);
+      planes[k] |= std::uint64_t{static_cast<std::uint32_t>(_mm256_movemask_epi8(top))}
+                   << (32 * half);
     }
   }
 #else
   for (unsigned group = 0; group < 8; ++group) {
     std::uint64_t bytes;
     std::memcpy(&bytes, symbols + 8 * group, sizeof bytes);
-    for (unsigned k = 0; k < 4; ++k) planes[k] |= std::uint64_t{gather_low_bits(bytes >> k)} << (8 * group);
+    for (unsigned k = 0; k < 4; ++k)
+      planes[k] |= std::uint64_t{gather_low_bits(bytes >> k)} << (8 * group);
   }
 #endif
   return planes;
@@ -48,7 +53,8 @@ std::array<std::uint64_t, 4> bit_planes(const std::uint8_t* symbols) {
 class WaveletReader {
  public:
   WaveletReader(Words words, const CsgvrBrick& brick) : words_(words), brick_(brick) {
-    for (unsigned l = 1; l < kWaveletLevels; ++l) cursors_[l] = words.w[brick.z_at + kWaveletLevels + l - 1];
+    for (unsigned l = 1; l < kWaveletLevels; ++l)
+      cursors_[l] = words.w[brick.z_at + kWaveletLevels + l - 1];
     size_ = cursors_[1];  // the first wavelet level has one bit a symbol
   }
   void begin_level(unsigned, bool finest) { finest_ = finest; }
@@ -56,7 +62,8 @@ class WaveletReader {
     if (cursors_[0] + count > size_) return false;
     const unsigned all = (1u << count) - 1;
     codes = 0;
-    if (brick_.s.bits_at != 0 && !finest_) codes = kSpread[bits(brick_.s.bits_at, cursors_[0]) & all] * kStopBit;
+    if (brick_.s.bits_at != 0 && !finest_)
+      codes = kSpread[bits(brick_.s.bits_at, cursors_[0]) & all] * kStopBit;
     unsigned rest = all;
     for (unsigned l = 0; l < kWaveletLevels; ++l) {
       const unsigned left = static_cast<unsigned>(std::popcount(rest));
@@ -70,7 +77,8 @@ class WaveletReader {
   }
 
  private:
-  /// At least 33 bits from bit `i` on; a word beyond the vector may be touched, but not beyond the brick (its palette follows).
+  /// At least 33 bits from bit `i` on; a word beyond the vector may be touched, but not beyond the
+  /// brick (its palette follows).
   std::uint64_t bits(std::uint32_t bits_at, std::uint32_t i) const {
     return shaders::cvr_word64(words_, bits_at + i / 32) >> (i % 32);
   }
@@ -91,16 +99,23 @@ class CsgvrFormat final : public BrickFormat {
  public:
   explicit CsgvrFormat(bool stop_bits) : stop_bits_(stop_bits) {}
 
-  OperationOptions options() const override { return {.stop_bits = stop_bits_, .keep_outside = true, .delta = false}; }
-  std::unique_ptr<PackWorkspace> pack_workspace() const override { return std::make_unique<MatrixWorkspace>(); }
+  OperationOptions options() const override {
+    return {.stop_bits = stop_bits_, .keep_outside = true, .delta = false};
+  }
+  std::unique_ptr<PackWorkspace> pack_workspace() const override {
+    return std::make_unique<MatrixWorkspace>();
+  }
   void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
             ByteBreakdown& bytes) const override;
-  BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks, unsigned levels) const override;
-  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override;
+  BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks,
+                   unsigned levels) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override;
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override;
-  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
+                                 GpuEncoding& encoding) const override {
     encoding.decoder = "csgvr";
     encoding.constants = {{"CVR_CSGVR_STOP_BITS", stop_bits_ ? 1u : 0u}};
     return add_palettes(layout, threads, encoding);
@@ -108,18 +123,20 @@ class CsgvrFormat final : public BrickFormat {
 
  private:
   CsgvrBrick open(std::span<const std::uint32_t> words, unsigned levels) const {
-    return shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), levels, stop_bits_);
+    return shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), levels,
+                                   stop_bits_);
   }
-  BrickError check_wavelet_matrix(Words words, const CsgvrBrick& brick, std::uint32_t symbols, std::uint32_t w_bits) const;
+  BrickError check_wavelet_matrix(Words words, const CsgvrBrick& brick, std::uint32_t symbols,
+                                  std::uint32_t w_bits) const;
   BrickError check_levels(Words words, const CsgvrBrick& brick, std::uint32_t& symbols) const;
 
   bool stop_bits_;
 };
 
-/// Splits symbols into the bits of each wavelet level and the stop bits. Level l has a bit for each symbol with l zeros so far:
-/// one if the symbol ends there.
-void build_wavelet_levels(std::span<const std::uint8_t> symbols, std::array<BitAppender, kWaveletLevels>& levels,
-                          BitAppender& stops) {
+/// Splits symbols into the bits of each wavelet level and the stop bits. Level l has a bit for each
+/// symbol with l zeros so far: one if the symbol ends there.
+void build_wavelet_levels(std::span<const std::uint8_t> symbols,
+                          std::array<BitAppender, kWaveletLevels>& levels, BitAppender& stops) {
   for (BitAppender& level : levels) level.clear();
   stops.clear();
   std::array<std::uint8_t, 64> tail{};
@@ -142,8 +159,8 @@ void build_wavelet_levels(std::span<const std::uint8_t> symbols, std::array<BitA
   }
 }
 
-void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vector<std::uint32_t>& words,
-                       ByteBreakdown& bytes) const {
+void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch,
+                       std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const {
   auto& workspace = static_cast<MatrixWorkspace&>(scratch);
   const OperationStream& operations = brick.operations;
   build_wavelet_levels(operations.symbols(), workspace.levels, workspace.stops);
@@ -155,7 +172,8 @@ void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::ve
   for (unsigned l = 0; l < kWaveletLevels; ++l) {
     starts[l] = matrix.size();
     ones_before[l] = ones;
-    for (const std::uint64_t word : workspace.levels[l].words()) ones += static_cast<std::uint32_t>(std::popcount(word));
+    for (const std::uint64_t word : workspace.levels[l].words())
+      ones += static_cast<std::uint32_t>(std::popcount(word));
     matrix.append(workspace.levels[l]);
   }
   append_level_starts(operations, words);
@@ -181,8 +199,10 @@ void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::ve
   bytes[ByteClass::kPalette] += 4 * operations.palette().size();
 }
 
-/// Level starts: each level has eight nodes for each node of the level before that carries no stop bit.
-BrickError CsgvrFormat::check_levels(Words words, const CsgvrBrick& brick, std::uint32_t& symbols) const {
+/// Level starts: each level has eight nodes for each node of the level before that carries no stop
+/// bit.
+BrickError CsgvrFormat::check_levels(Words words, const CsgvrBrick& brick,
+                                     std::uint32_t& symbols) const {
   std::uint32_t start = 0;
   std::uint32_t nodes = 1;
   for (unsigned l = 0; l < brick.levels; ++l) {
@@ -199,23 +219,28 @@ BrickError CsgvrFormat::check_levels(Words words, const CsgvrBrick& brick, std::
   return nullptr;
 }
 
-BrickError CsgvrFormat::check_wavelet_matrix(Words words, const CsgvrBrick& brick, std::uint32_t symbols,
-                                             std::uint32_t w_bits) const {
+BrickError CsgvrFormat::check_wavelet_matrix(Words words, const CsgvrBrick& brick,
+                                             std::uint32_t symbols, std::uint32_t w_bits) const {
   std::uint32_t start = 0;
   std::uint32_t length = symbols;
   for (unsigned l = 0; l < kWaveletLevels; ++l) {
-    if (l > 0 && words.w[brick.z_at + kWaveletLevels + l - 1] != start) return "a wavelet level does not begin where the last ends";
+    if (l > 0 && words.w[brick.z_at + kWaveletLevels + l - 1] != start)
+      return "a wavelet level does not begin where the last ends";
     if (length > w_bits - start) return "a wavelet level is longer than the matrix";
-    if (words.w[brick.z_at + l] != cvr_rank1(words, brick.w, start)) return "the ones before a wavelet level are miscounted";
-    const std::uint32_t ones = cvr_rank1(words, brick.w, start + length) - cvr_rank1(words, brick.w, start);
-    if (l + 1 == kWaveletLevels && ones != brick.palette_size) return "palette and 'palette advance' operations differ in number";
+    if (words.w[brick.z_at + l] != cvr_rank1(words, brick.w, start))
+      return "the ones before a wavelet level are miscounted";
+    const std::uint32_t ones =
+        cvr_rank1(words, brick.w, start + length) - cvr_rank1(words, brick.w, start);
+    if (l + 1 == kWaveletLevels && ones != brick.palette_size)
+      return "palette and 'palette advance' operations differ in number";
     start += length;
     length -= ones;
   }
   return start == w_bits ? nullptr : "the wavelet matrix is longer than its levels";
 }
 
-BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::uint32_t, unsigned levels) const {
+BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::uint32_t,
+                              unsigned levels) const {
   const std::uint64_t header = levels + 2 + 2 * kWaveletLevels - 1;
   if (brick_words.size() <= header) return "the brick is shorter than its header";
   const Words words{brick_words.data()};
@@ -223,10 +248,13 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::u
   const std::uint64_t palette_size = words.w[levels];
   const std::uint32_t w_bits = words.w[levels + 1];
   // No brick has more than five bits a node; the bound keeps the sums below in range.
-  if (w_bits > kWaveletLevels * nodes_before_level(levels)) return "the wavelet matrix is longer than any brick's";
-  const std::uint64_t w_words = 2 * (std::uint64_t{succinct::flat_rank_entries(w_bits)} + succinct::words64(w_bits));
+  if (w_bits > kWaveletLevels * nodes_before_level(levels))
+    return "the wavelet matrix is longer than any brick's";
+  const std::uint64_t w_words =
+      2 * (std::uint64_t{succinct::flat_rank_entries(w_bits)} + succinct::words64(w_bits));
   if (palette_size == 0) return "the palette is empty";
-  if (header + w_words + palette_size + (stop_bits_ ? 1 : 0) > size) return "the brick is shorter than its parts";
+  if (header + w_words + palette_size + (stop_bits_ ? 1 : 0) > size)
+    return "the brick is shorter than its parts";
   std::uint32_t symbols = nodes_before_level(levels);
   const std::uint64_t s_at = header + w_words;
   if (stop_bits_) {
@@ -234,7 +262,8 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::u
     if (s_words > succinct::words64(symbols)) return "the stop bits are more than the nodes";
     symbols = std::min(symbols, static_cast<std::uint32_t>(64 * s_words));
   }
-  // The size of S follows from the level starts, which need its rank: find it from the first wavelet level.
+  // The size of S follows from the level starts, which need its rank: find it from the first
+  // wavelet level.
   const std::uint32_t first_level = words.w[header - kWaveletLevels + 1];
   if (first_level > symbols) return "the first wavelet level has more symbols than the brick";
   symbols = first_level;
@@ -242,13 +271,17 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::u
     return "the stop bits are not as many as the nodes";
   }
   const std::uint64_t s_parts =
-      stop_bits_ ? 2 * (std::uint64_t{succinct::flat_rank_entries(symbols)} + succinct::words64(symbols)) + 1 : 0;
+      stop_bits_
+          ? 2 * (std::uint64_t{succinct::flat_rank_entries(symbols)} + succinct::words64(symbols)) +
+                1
+          : 0;
   if (s_at + s_parts + palette_size != size) return "the parts of the brick do not fill it";
   const CsgvrBrick brick = open(brick_words, levels);
   if (!succinct::check_flat_rank(words.w + brick.w.bits_at, w_bits, words.w + brick.w.rank_at)) {
     return "the rank of the wavelet matrix is wrong";
   }
-  if (stop_bits_ && !succinct::check_flat_rank(words.w + brick.s.bits_at, symbols, words.w + brick.s.rank_at)) {
+  if (stop_bits_ &&
+      !succinct::check_flat_rank(words.w + brick.s.bits_at, symbols, words.w + brick.s.rank_at)) {
     return "the rank of the stop bits is wrong";
   }
   std::uint32_t counted = symbols;
@@ -257,23 +290,27 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::u
   return check_wavelet_matrix(words, brick, symbols, w_bits);
 }
 
-BrickError CsgvrFormat::unpack(const StoredBrick& stored, const Validity& validity, unsigned target, BrickWorkspace& workspace) const {
+BrickError CsgvrFormat::unpack(const StoredBrick& stored, const Validity& validity, unsigned target,
+                               BrickWorkspace& workspace) const {
   const auto words = stored.words;
   const CsgvrBrick brick = open(words, workspace.grid.levels());
   WaveletReader reader({words.data()}, brick);
-  Reconstruction reconstruction(reader, {words.data() + words.size() - 1, brick.palette_size}, workspace.grid, validity, options());
+  Reconstruction reconstruction(reader, {words.data() + words.size() - 1, brick.palette_size},
+                                workspace.grid, validity, options());
   return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
 }
 
-BrickError CsgvrFormat::at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
-                           std::span<std::uint64_t> labels) const {
+BrickError CsgvrFormat::at(const BrickLayout& layout, std::span<const Coordinate> points,
+                           unsigned level, std::span<std::uint64_t> labels) const {
   return csgvr::for_each_point(layout, points, level, labels,
-                               [&](std::span<const std::uint32_t> brick_words, std::uint32_t, std::uint32_t n, std::uint64_t& label) {
+                               [&](std::span<const std::uint32_t> brick_words, std::uint32_t,
+                                   std::uint32_t n, std::uint64_t& label) {
                                  const CsgvrBrick brick = open(brick_words, layout.levels);
                                  const Words words{brick_words.data()};
                                  std::uint32_t index = 0;
                                  std::uint32_t hops = 0;
-                                 if (!cvr_csgvr_palette_index(words, brick, n, level, index, hops)) return false;
+                                 if (!cvr_csgvr_palette_index(words, brick, n, level, index, hops))
+                                   return false;
                                  label = cvr_csgvr_label(words, brick, index);
                                  return true;
                                });
@@ -283,15 +320,16 @@ BrickError CsgvrFormat::at(const BrickLayout& layout, std::span<const Coordinate
 
 const Codec& csgvr_codec() {
   static const BrickCodec kCodec(
-      brick_traits("csgvr", "csgvr", "CSGV-R: wavelet matrix, no stop bits", Granularity::kVoxel), {brick_parameter()},
-      [](const Parameters&) { return std::make_unique<CsgvrFormat>(false); });
+      brick_traits("csgvr", "csgvr", "CSGV-R: wavelet matrix, no stop bits", Granularity::kVoxel),
+      {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrFormat>(false); });
   return kCodec;
 }
 
 const Codec& csgvr_sb_codec() {
   static const BrickCodec kCodec(
-      brick_traits("csgvr-sb", "csgvr", "CSGV-R: wavelet matrix and stop bits", Granularity::kVoxel), {brick_parameter()},
-      [](const Parameters&) { return std::make_unique<CsgvrFormat>(true); });
+      brick_traits("csgvr-sb", "csgvr", "CSGV-R: wavelet matrix and stop bits",
+                   Granularity::kVoxel),
+      {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrFormat>(true); });
   return kCodec;
 }
 

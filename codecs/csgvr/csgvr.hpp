@@ -1,4 +1,5 @@
-// The random-access codecs CSGV-R: single voxels at any level of detail without decoding their brick. See FORMAT.md.
+// The random-access codecs CSGV-R: single voxels at any level of detail without decoding their
+// brick. See FORMAT.md.
 #pragma once
 
 #include "codecs/codec.hpp"

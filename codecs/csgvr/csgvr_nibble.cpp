@@ -1,5 +1,5 @@
-// `csgvr-nibble`: random access without wavelet matrix and stop bits (supplemental, section 3). Layout and access:
-// shaders/shared/csgvr_nibble.glsl. Every brick codes all (8^L - 1) / 7 nodes.
+// `csgvr-nibble`: random access without wavelet matrix and stop bits (supplemental, section 3).
+// Layout and access: shaders/shared/csgvr_nibble.glsl. Every brick codes all (8^L - 1) / 7 nodes.
 #include "codecs/csgv/brick_codec.hpp"
 #include "codecs/csgvr/csgvr.hpp"
 #include "codecs/csgvr/voxel_walk.hpp"
@@ -12,49 +12,62 @@ using namespace csgv;
 
 class CsgvrNibbleFormat final : public BrickFormat {
  public:
-  OperationOptions options() const override { return {.stop_bits = false, .keep_outside = true, .delta = false}; }
+  OperationOptions options() const override {
+    return {.stop_bits = false, .keep_outside = true, .delta = false};
+  }
 
-  void pack(const SourceBrick& brick, PackWorkspace&, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
+  void pack(const SourceBrick& brick, PackWorkspace&, std::vector<std::uint32_t>& words,
+            ByteBreakdown& bytes) const override {
     append_nibble_brick(brick.operations, words, bytes);
   }
 
-  BrickError check(std::span<const std::uint32_t> words, std::uint32_t, unsigned levels) const override {
+  BrickError check(std::span<const std::uint32_t> words, std::uint32_t,
+                   unsigned levels) const override {
     const std::uint64_t nibble_words = (nodes_before_level(levels) + 7) / 8;
     if (words.size() < levels + 1 + nibble_words) return "the brick is shorter than its operations";
-    if (words.size() != levels + 1 + nibble_words + words[levels]) return "the palette does not end with the brick";
+    if (words.size() != levels + 1 + nibble_words + words[levels])
+      return "the palette does not end with the brick";
     for (unsigned l = 0; l < levels; ++l) {
-      if (words[l] != nodes_before_level(l)) return "a level does not begin where all coarser nodes end";
+      if (words[l] != nodes_before_level(l))
+        return "a level does not begin where all coarser nodes end";
     }
     return words[levels] == 0 ? "the palette is empty" : nullptr;
   }
 
-  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target, BrickWorkspace& workspace) const override {
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override {
     const auto words = brick.words;
     const unsigned levels = workspace.grid.levels();
     const std::uint32_t palette_size = words[levels];
     NibbleReader reader(words.data() + levels + 1, words.size() - levels - 1 - palette_size);
-    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid, validity, options());
+    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size},
+                                  workspace.grid, validity, options());
     return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
   }
 
-  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads, GpuEncoding& encoding) const override {
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
+                                 GpuEncoding& encoding) const override {
     encoding.decoder = "csgvr_nibble";
-    encoding.cell_loops += nodes_of_level(encoding.levels - 1) / (7 * CVR_NIBBLE_WORDS) + 1;  // eight nodes a word
+    encoding.cell_loops +=
+        nodes_of_level(encoding.levels - 1) / (7 * CVR_NIBBLE_WORDS) + 1;  // eight nodes a word
     return add_palettes(layout, threads, encoding);
   }
 
   bool has_voxel_access() const override { return true; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override {
-    return csgvr::for_each_point(layout, points, level, labels,
-                                 [&](std::span<const std::uint32_t> brick, std::uint32_t, std::uint32_t n, std::uint64_t& label) {
-                                   std::uint32_t index = 0;
-                                   std::uint32_t hops = 0;
-                                   const shaders::Words words{brick.data()};
-                                   if (!cvr_csgvr_nibble_palette_index(words, layout.levels, n, level, index, hops)) return false;
-                                   label = brick[brick.size() - 1 - index];
-                                   return true;
-                                 });
+    return csgvr::for_each_point(
+        layout, points, level, labels,
+        [&](std::span<const std::uint32_t> brick, std::uint32_t, std::uint32_t n,
+            std::uint64_t& label) {
+          std::uint32_t index = 0;
+          std::uint32_t hops = 0;
+          const shaders::Words words{brick.data()};
+          if (!cvr_csgvr_nibble_palette_index(words, layout.levels, n, level, index, hops))
+            return false;
+          label = brick[brick.size() - 1 - index];
+          return true;
+        });
   }
 };
 
@@ -62,7 +75,8 @@ class CsgvrNibbleFormat final : public BrickFormat {
 
 const Codec& csgvr_nibble_codec() {
   static const BrickCodec kCodec(
-      brick_traits("csgvr-nibble", "csgvr", "CSGV-R without wavelet matrix: one nibble an operation, counted by a loop",
+      brick_traits("csgvr-nibble", "csgvr",
+                   "CSGV-R without wavelet matrix: one nibble an operation, counted by a loop",
                    Granularity::kVoxel),
       {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrNibbleFormat>(); });
   return kCodec;

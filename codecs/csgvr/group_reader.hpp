@@ -1,4 +1,5 @@
-// Reads the groups of `csgvr-c` for whole bricks, and checks them. Layout and single nodes: shaders/shared/csgvr_c.glsl.
+// Reads the groups of `csgvr-c` for whole bricks, and checks them. Layout and single nodes:
+// shaders/shared/csgvr_c.glsl.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,8 @@
 
 namespace cvr::codecs::csgvr {
 
-/// The labels of a brick's own in their order, as far as they have been read; entry 0 is the coarsest node's.
+/// The labels of a brick's own in their order, as far as they have been read; entry 0 is the
+/// coarsest node's.
 struct OwnLabels {
   const std::vector<std::uint32_t>& labels;
   std::uint32_t size = ~std::uint32_t{0};  ///< never asked for more than the reader has handed out
@@ -23,7 +25,8 @@ struct OwnLabels {
 class BlockReader {
  public:
   /// tally: counts the patterns, or nullptr.
-  BlockReader(shaders::Words words, shaders::Words tables, const shaders::CsgvrcBrick& brick, csgv::SymbolTally* tally)
+  BlockReader(shaders::Words words, shaders::Words tables, const shaders::CsgvrcBrick& brick,
+              csgv::SymbolTally* tally)
       : words_(words), tables_(tables), brick_(brick), tally_(tally) {
     labels_.push_back(label(brick.root));
   }
@@ -44,7 +47,8 @@ class BlockReader {
       labels_at_ = cvr_c_run_end(words_, runs, next_ / CVR_C_RUN);
     }
     const BlockOperations operations = cvr_c_operations(words_, tables_, fine_, at_);
-    for (unsigned own = shaders::cvr_popcount32(shaders::cvr_c_own_labels(operations)); own > 0; --own) {
+    for (unsigned own = shaders::cvr_popcount32(shaders::cvr_c_own_labels(operations)); own > 0;
+         --own) {
       labels_at_ -= brick_.index_bits;
       labels_.push_back(label(cvr_c_bits(words_, labels_at_, brick_.index_bits)));
     }
@@ -77,11 +81,13 @@ class BlockReader {
   std::uint32_t labels_at_ = 0;  ///< bit behind the next label of the run
 };
 
-/// Checks groups one after the other: after success no query of a brick of the group leaves its words.
+/// Checks groups one after the other: after success no query of a brick of the group leaves its
+/// words.
 class GroupCheck {
  public:
   explicit GroupCheck(const std::vector<std::uint32_t>& tables) : tables_{tables.data()} {}
-  csgv::BrickError run(std::span<const std::uint32_t> group, std::uint32_t members, unsigned levels);
+  csgv::BrickError run(std::span<const std::uint32_t> group, std::uint32_t members,
+                       unsigned levels);
 
  private:
   csgv::BrickError check_table(std::uint32_t members, unsigned levels);
@@ -93,7 +99,7 @@ class GroupCheck {
   shaders::Words tables_;
   std::vector<std::uint32_t> words_;  ///< the group, and zeros where a wrong header may look
   shaders::Words group_{};
-  std::uint64_t limit_ = 0;           ///< bits of the group
+  std::uint64_t limit_ = 0;  ///< bits of the group
 };
 
 }  // namespace cvr::codecs::csgvr

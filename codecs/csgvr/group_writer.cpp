@@ -12,13 +12,15 @@ namespace {
 
 unsigned width(std::uint64_t most) { return static_cast<unsigned>(std::bit_width(most)); }
 
-/// Where runs begin: as it is, or, of many runs, as what it is off a line. The first begins at 0 and has no sample.
+/// Where runs begin: as it is, or, of many runs, as what it is off a line. The first begins at 0
+/// and has no sample.
 class Samples {
  public:
   Samples(const std::vector<std::uint32_t>& numbers, unsigned plain_bits)
       : numbers_(numbers), linear_(numbers.size() > CVR_C_FEW_RUNS), bits_(plain_bits) {
     if (!linear_) return;
-    slope_ = static_cast<std::uint32_t>((std::uint64_t{numbers.back()} << CVR_C_SLOPE_SHIFT) / (numbers.size() - 1));
+    slope_ = static_cast<std::uint32_t>((std::uint64_t{numbers.back()} << CVR_C_SLOPE_SHIFT) /
+                                        (numbers.size() - 1));
     bits_ = 1;
     for (std::size_t i = 1; i < numbers.size(); ++i) {
       const std::int64_t off = off_line(i);
@@ -35,7 +37,8 @@ class Samples {
 
  private:
   std::int64_t off_line(std::size_t run) const {
-    return static_cast<std::int64_t>(numbers_[run]) - static_cast<std::int64_t>(slope_ * run >> CVR_C_SLOPE_SHIFT);
+    return static_cast<std::int64_t>(numbers_[run]) -
+           static_cast<std::int64_t>(slope_ * run >> CVR_C_SLOPE_SHIFT);
   }
 
   const std::vector<std::uint32_t>& numbers_;
@@ -56,13 +59,14 @@ std::uint32_t KeptGroups::index_of(std::uint32_t label) {
 void KeptGroups::add(const csgv::LabelGrid& grid) {
   Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
   keys_.clear();
-  finder_.run(grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
-    keys_.push_back(shape_key(shape, finest));
-    if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
-    for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
-      own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
-    }
-  });
+  finder_.run(
+      grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
+        keys_.push_back(shape_key(shape, finest));
+        if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
+        for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
+          own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
+        }
+      });
   shapes_.note(keys_, blocks_);
   brick.fine_block = brick.first_block + masks_.size() - brick.first_mask;
   brick.end_block = blocks_.size();
@@ -92,7 +96,8 @@ void KeptGroups::choose(const PatternCounts& before, PatternCounts& chosen) {
 
 void KeptGroups::encode(const BlockCode& code) {
   codes_.clear();
-  for (std::size_t i = 0; i < operations_.size(); ++i) codes_.push_back(code.coded(operations_[i], is_fine(shapes_.entries()[i].key)));
+  for (std::size_t i = 0; i < operations_.size(); ++i)
+    codes_.push_back(code.coded(operations_[i], is_fine(shapes_.entries()[i].key)));
 }
 
 GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const {
@@ -114,7 +119,8 @@ void GroupWriter::write_masks(const Brick& brick) {
   }
 }
 
-/// Writes the codes of each run and then its labels, the last first; `label` moves to the next run's.
+/// Writes the codes of each run and then its labels, the last first; `label` moves to the next
+/// run's.
 void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& label) {
   for (std::size_t run = first; run < end; run += CVR_C_RUN) {
     const std::size_t first_label = label;
@@ -123,7 +129,8 @@ void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& la
       bits_.codes += block(i).length;
       label += block(i).labels;
     }
-    for (std::size_t i = label; i-- > first_label;) streams_.append(kept_->own_labels_[i], index_bits_);
+    for (std::size_t i = label; i-- > first_label;)
+      streams_.append(kept_->own_labels_[i], index_bits_);
     bits_.labels += (label - first_label) * index_bits_;
   }
 }
@@ -131,7 +138,8 @@ void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& la
 void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
   const Runs coarse = runs_of(brick.first_block, brick.fine_block);
   const Runs fine = runs_of(brick.fine_block, brick.end_block);
-  const std::array samples{Samples(coarse.offsets, position_bits), Samples(fine.offsets, position_bits)};
+  const std::array samples{Samples(coarse.offsets, position_bits),
+                           Samples(fine.offsets, position_bits)};
   std::uint32_t before = streams_.size();
   const auto count = [&](std::uint64_t& bits) {
     bits += streams_.size() - before;
@@ -151,8 +159,10 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
   write_masks(brick);
   count(bits_.masks);
   masks_end_ = streams_.size();
-  for (std::size_t run = 1; run < coarse.offsets.size(); ++run) streams_.append(samples[0].stored(run), samples[0].bits());
-  for (std::size_t run = 1; run < fine.offsets.size(); ++run) streams_.append(samples[1].stored(run), samples[1].bits());
+  for (std::size_t run = 1; run < coarse.offsets.size(); ++run)
+    streams_.append(samples[0].stored(run), samples[0].bits());
+  for (std::size_t run = 1; run < fine.offsets.size(); ++run)
+    streams_.append(samples[1].stored(run), samples[1].bits());
   count(bits_.samples);
   std::size_t label = brick.first_label;
   write_runs(brick.first_block, brick.fine_block, label);
@@ -163,7 +173,8 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
 void GroupWriter::write_bricks(std::span<const Brick> bricks, std::size_t dictionary_size) {
   std::uint32_t longest = 0;
   for (const Brick& brick : bricks) {
-    longest = std::max({longest, runs_of(brick.first_block, brick.fine_block).bits, runs_of(brick.fine_block, brick.end_block).bits});
+    longest = std::max({longest, runs_of(brick.first_block, brick.fine_block).bits,
+                        runs_of(brick.fine_block, brick.end_block).bits});
   }
   const unsigned position_bits = width(longest);
   std::vector<std::uint32_t> ends;
@@ -184,10 +195,13 @@ void GroupWriter::write_bricks(std::span<const Brick> bricks, std::size_t dictio
   }
 }
 
-void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words,
+                        ByteBreakdown& bytes) {
   const KeptGroups::Group& group = kept.groups_[n];
-  const auto bricks = std::span(kept.bricks_).subspan(group.first_brick, group.end_brick - group.first_brick);
-  const auto dictionary = std::span(kept.dictionary_).subspan(group.first_entry, group.end_entry - group.first_entry);
+  const auto bricks =
+      std::span(kept.bricks_).subspan(group.first_brick, group.end_brick - group.first_brick);
+  const auto dictionary =
+      std::span(kept.dictionary_).subspan(group.first_entry, group.end_entry - group.first_entry);
   kept_ = &kept;
   bits_ = {};
   masks_end_ = 0;
@@ -207,13 +221,15 @@ void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::
   append_group(words, bytes);
 }
 
-/// One word more than the bits need, since every read takes the word behind too; and 8 bytes from the last mask on.
+/// One word more than the bits need, since every read takes the word behind too; and 8 bytes from
+/// the last mask on.
 void GroupWriter::append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
   const std::size_t at = words.size();
   words.resize(at + std::max((group_.size() + 31) / 32 + 1, (masks_end_ + 56 + 31) / 32));
   for (std::size_t half = 0; half < words.size() - at; ++half) {
     const bool held = half / 2 < group_.words().size();
-    words[at + half] = held ? static_cast<std::uint32_t>(group_.words()[half / 2] >> (32 * (half % 2))) : 0;
+    words[at + half] =
+        held ? static_cast<std::uint32_t>(group_.words()[half / 2] >> (32 * (half % 2))) : 0;
   }
   std::uint64_t rest = 4 * (words.size() - at);
   const auto add = [&](ByteClass byte_class, std::uint64_t bits) {

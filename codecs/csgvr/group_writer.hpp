@@ -1,4 +1,5 @@
-// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout: shaders/shared/csgvr_c.glsl.
+// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout:
+// shaders/shared/csgvr_c.glsl.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,8 @@
 
 namespace cvr::codecs::csgvr {
 
-/// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace of packing and of writing.
+/// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace
+/// of packing and of writing.
 class KeptGroups final : public csgv::PackWorkspace {
  public:
   explicit KeptGroups(std::uint32_t b) : levels_(csgv::levels_of_brick(b)), finder_(b) {}
@@ -21,8 +23,9 @@ class KeptGroups final : public csgv::PackWorkspace {
   void add(const csgv::LabelGrid& grid);
   void finish_group();
 
-  // Which of its possible operations a shape is given: those that are frequent where every shape names the neighbours along
-  // the axes with most matches. All workers first count the ones, then the others, then encode what they have met.
+  // Which of its possible operations a shape is given: those that are frequent where every shape
+  // names the neighbours along the axes with most matches. All workers first count the ones, then
+  // the others, then encode what they have met.
   void count_widest(PatternCounts& patterns) const;
   void choose(const PatternCounts& widest, PatternCounts& chosen);
   void encode(const BlockCode& code);
@@ -30,9 +33,10 @@ class KeptGroups final : public csgv::PackWorkspace {
  private:
   friend class GroupWriter;
   struct Brick {
-    std::uint32_t root;                                   ///< dictionary index of its coarsest node
-    std::size_t first_block, fine_block, end_block;       ///< in blocks_: all, those of the finest level, the next brick's
-    std::size_t first_mask, first_label;                  ///< in masks_, own_labels_
+    std::uint32_t root;  ///< dictionary index of its coarsest node
+    std::size_t first_block, fine_block,
+        end_block;  ///< in blocks_: all, those of the finest level, the next brick's
+    std::size_t first_mask, first_label;  ///< in masks_, own_labels_
     bool constant() const { return first_block == end_block; }
   };
   struct Group {
@@ -49,22 +53,24 @@ class KeptGroups final : public csgv::PackWorkspace {
   std::vector<CodedBlock> codes_;            ///< of the shapes
   std::vector<Group> groups_;
   std::vector<Brick> bricks_;
-  std::vector<std::uint32_t> blocks_;        ///< their shapes
-  std::vector<std::uint8_t> masks_;          ///< open children of the coarse blocks
-  std::vector<std::uint32_t> own_labels_;    ///< dictionary indices
-  std::vector<std::uint32_t> dictionary_;    ///< of one group after the other
-  KeyCounts indices_;                        ///< labels in the dictionary of the group that is not finished
+  std::vector<std::uint32_t> blocks_;      ///< their shapes
+  std::vector<std::uint8_t> masks_;        ///< open children of the coarse blocks
+  std::vector<std::uint32_t> own_labels_;  ///< dictionary indices
+  std::vector<std::uint32_t> dictionary_;  ///< of one group after the other
+  KeyCounts indices_;  ///< labels in the dictionary of the group that is not finished
 };
 
 /// Writes kept groups, once codes have been chosen.
 class GroupWriter final : public csgv::PackWorkspace {
  public:
   /// Appends the n-th group.
-  void write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
+  void write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words,
+             ByteBreakdown& bytes);
 
  private:
   using Brick = KeptGroups::Brick;
-  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first, and their bits together.
+  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first,
+  /// and their bits together.
   struct Runs {
     std::vector<std::uint32_t> offsets;
     std::uint32_t bits;

@@ -1,4 +1,5 @@
-// How often keys occur: numbers them in the order in which they are met. Open addressing, no removal.
+// How often keys occur: numbers them in the order in which they are met. Open addressing, no
+// removal.
 #pragma once
 
 #include <cstdint>
@@ -29,14 +30,16 @@ class KeyCounts {
     if (2 * entries_.size() > slots_.size()) grow();
     return number - 1;
   }
-  /// Appends the numbers of keys that have each occurred once more. What they need of memory is asked for ahead of time.
+  /// Appends the numbers of keys that have each occurred once more. What they need of memory is
+  /// asked for ahead of time.
   void note(std::span<const std::uint64_t> keys, std::vector<std::uint32_t>& numbers) {
     constexpr std::size_t kSlotAhead = 16;
     constexpr std::size_t kEntryAhead = 8;
     for (std::size_t i = 0; i < keys.size(); ++i) {
       if (i + kSlotAhead < keys.size()) __builtin_prefetch(&slots_[slot(keys[i + kSlotAhead])]);
       if (i + kEntryAhead < keys.size()) {
-        if (const std::uint32_t number = slots_[slot(keys[i + kEntryAhead])]; number != 0) __builtin_prefetch(&entries_[number - 1]);
+        if (const std::uint32_t number = slots_[slot(keys[i + kEntryAhead])]; number != 0)
+          __builtin_prefetch(&entries_[number - 1]);
       }
       numbers.push_back(note(keys[i]));
     }
@@ -51,7 +54,9 @@ class KeyCounts {
   const std::vector<Entry>& entries() const { return entries_; }
 
  private:
-  std::size_t slot(std::uint64_t key) const { return (key * 0x9e3779b97f4a7c15u >> 32) & (slots_.size() - 1); }
+  std::size_t slot(std::uint64_t key) const {
+    return (key * 0x9e3779b97f4a7c15u >> 32) & (slots_.size() - 1);
+  }
   void grow() {
     slots_.assign(4 * slots_.size(), 0);
     for (std::uint32_t i = 0; i < entries_.size(); ++i) {

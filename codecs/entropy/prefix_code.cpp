@@ -18,12 +18,14 @@ std::uint32_t reversed(std::uint32_t code, unsigned length) {
 
 }  // namespace
 
-std::vector<std::uint8_t> prefix_code_lengths(std::span<const std::uint64_t> counts, unsigned limit) {
+std::vector<std::uint8_t> prefix_code_lengths(std::span<const std::uint64_t> counts,
+                                              unsigned limit) {
   std::vector<std::uint32_t> order(counts.size());
   std::iota(order.begin(), order.end(), 0u);
   std::ranges::stable_sort(order, {}, [&](std::uint32_t s) { return counts[s]; });
 
-  // Lists of things, lightest first: symbols, and from the second list on packages of two things of the list before.
+  // Lists of things, lightest first: symbols, and from the second list on packages of two things of
+  // the list before.
   std::vector<std::uint64_t> symbols;
   for (const std::uint32_t s : order) symbols.push_back(counts[s]);
   std::vector<std::vector<std::uint8_t>> is_symbol{std::vector<std::uint8_t>(symbols.size(), 1)};
@@ -39,13 +41,15 @@ std::vector<std::uint8_t> prefix_code_lengths(std::span<const std::uint64_t> cou
       kinds.push_back(symbol ? 1 : 0);
     }
   }
-  // A symbol's length is how often it occurs in the lightest 2n - 2 things of the last list: those of a list that are
-  // symbols are the lightest ones, those that are packages are made of the lightest things of the list before.
+  // A symbol's length is how often it occurs in the lightest 2n - 2 things of the last list: those
+  // of a list that are symbols are the lightest ones, those that are packages are made of the
+  // lightest things of the list before.
   std::vector<std::uint8_t> lengths(counts.size());
   std::size_t taken = 2 * counts.size() - 2;
   for (std::size_t level = is_symbol.size(); level-- > 0;) {
     const auto first = is_symbol[level].begin();
-    const auto of_symbols = static_cast<std::size_t>(std::accumulate(first, first + static_cast<std::ptrdiff_t>(taken), 0u));
+    const auto of_symbols = static_cast<std::size_t>(
+        std::accumulate(first, first + static_cast<std::ptrdiff_t>(taken), 0u));
     for (std::size_t i = 0; i < of_symbols; ++i) ++lengths[order[i]];
     taken = 2 * (taken - of_symbols);
   }

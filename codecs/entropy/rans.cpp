@@ -6,7 +6,8 @@
 
 namespace cvr::codecs::entropy {
 
-RansTable RansTable::fit(const std::array<std::uint64_t, kRansSymbols>& counts, std::uint32_t possible) {
+RansTable RansTable::fit(const std::array<std::uint64_t, kRansSymbols>& counts,
+                         std::uint32_t possible) {
   std::uint64_t total = 0;
   std::uint32_t symbols = 0;
   for (unsigned s = 0; s < kRansSymbols; ++s) {
@@ -19,10 +20,12 @@ RansTable RansTable::fit(const std::array<std::uint64_t, kRansSymbols>& counts, 
   unsigned most = static_cast<unsigned>(std::countr_zero(possible));
   for (unsigned s = 0; s < kRansSymbols; ++s) {
     if ((possible >> s & 1) == 0) continue;
-    // Counts below 2^50 / 2^14: volumes have at most 2^50 voxels, so the product is taken in 128 bits.
-    const auto share = total == 0 ? 0
-                                  : static_cast<std::uint32_t>(static_cast<unsigned __int128>(counts[s]) *
-                                                               (kRansProbabilitySum - symbols) / total);
+    // Counts below 2^50 / 2^14: volumes have at most 2^50 voxels, so the product is taken in 128
+    // bits.
+    const auto share = total == 0
+                           ? 0
+                           : static_cast<std::uint32_t>(static_cast<unsigned __int128>(counts[s]) *
+                                                        (kRansProbabilitySum - symbols) / total);
     table.frequencies_[s] = static_cast<std::uint16_t>(1 + share);
     left -= table.frequencies_[s];
     if (counts[s] > counts[most]) most = s;
@@ -32,7 +35,8 @@ RansTable RansTable::fit(const std::array<std::uint64_t, kRansSymbols>& counts, 
   return table;
 }
 
-bool RansTable::from_frequencies(const std::array<std::uint16_t, kRansSymbols>& frequencies, RansTable& table) {
+bool RansTable::from_frequencies(const std::array<std::uint16_t, kRansSymbols>& frequencies,
+                                 RansTable& table) {
   std::uint32_t sum = 0;
   for (const std::uint16_t f : frequencies) sum += f;
   if (sum != kRansProbabilitySum) return false;
@@ -69,7 +73,8 @@ void RansTable::build() {
   }
 }
 
-void RansTable::encode(std::span<const std::uint8_t> symbols, std::vector<std::uint8_t>& out) const {
+void RansTable::encode(std::span<const std::uint8_t> symbols,
+                       std::vector<std::uint8_t>& out) const {
   if (symbols.empty()) return;
   // A symbol of frequency 1 costs 14 bits: two bytes each are enough.
   const std::size_t before = out.size();

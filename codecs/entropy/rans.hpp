@@ -1,9 +1,10 @@
-// Byte-wise range asymmetric numeral systems over at most 16 symbols with static tables (Duda 2013; the byte-wise form is a
-// public-domain technique of F. Giesen).
+// Byte-wise range asymmetric numeral systems over at most 16 symbols with static tables (Duda 2013;
+// the byte-wise form is a public-domain technique of F. Giesen).
 //
-// State of 32 bits, lower bound 2^23, probabilities in units of 2^-14. What surprises first: the encoder runs backwards over the
-// symbols and writes its bytes from the end of the buffer to the front, so that the decoder runs forwards over both.
-// A stream begins with the final state (u32, little endian) and is followed by the renormalisation bytes.
+// State of 32 bits, lower bound 2^23, probabilities in units of 2^-14. What surprises first: the
+// encoder runs backwards over the symbols and writes its bytes from the end of the buffer to the
+// front, so that the decoder runs forwards over both. A stream begins with the final state (u32,
+// little endian) and is followed by the renormalisation bytes.
 #pragma once
 
 #include <array>
@@ -23,23 +24,27 @@ class RansTable {
  public:
   RansTable() = default;
   /// Scales counts; every symbol in the mask `possible` gets at least 1. `possible` must not be 0.
-  static RansTable fit(const std::array<std::uint64_t, kRansSymbols>& counts, std::uint32_t possible);
+  static RansTable fit(const std::array<std::uint64_t, kRansSymbols>& counts,
+                       std::uint32_t possible);
   /// False if the frequencies do not sum to 2^14.
-  static bool from_frequencies(const std::array<std::uint16_t, kRansSymbols>& frequencies, RansTable& table);
+  static bool from_frequencies(const std::array<std::uint16_t, kRansSymbols>& frequencies,
+                               RansTable& table);
 
   const std::array<std::uint16_t, kRansSymbols>& frequencies() const { return frequencies_; }
 
-  /// One word a slot, as shaders/shared/csgv_serial.glsl reads them: bits 0..3 the symbol, 4..17 its frequency - 1, 18..31 the
-  /// slot's place among those of the symbol.
+  /// One word a slot, as shaders/shared/csgv_serial.glsl reads them: bits 0..3 the symbol, 4..17
+  /// its frequency - 1, 18..31 the slot's place among those of the symbol.
   std::vector<std::uint32_t> packed_slots() const;
 
-  /// Appends the stream of `symbols` to `out`, nothing for no symbols. Every symbol must have a frequency.
+  /// Appends the stream of `symbols` to `out`, nothing for no symbols. Every symbol must have a
+  /// frequency.
   void encode(std::span<const std::uint8_t> symbols, std::vector<std::uint8_t>& out) const;
 
  private:
   friend class RansDecoder;
   struct Step {
-    std::uint64_t reciprocal = 0;  ///< ceil(2^(31 + shift) / frequency): divides states below 2^31 exactly
+    std::uint64_t reciprocal =
+        0;  ///< ceil(2^(31 + shift) / frequency): divides states below 2^31 exactly
     std::uint32_t shift = 0;
     std::uint32_t limit = 0;  ///< a state at or above it sheds a byte first
     std::uint32_t frequency = 0;

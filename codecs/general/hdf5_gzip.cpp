@@ -1,5 +1,5 @@
-// hdf5-gzip: what an HDF5 file with gzip costs. Chunks are compressed side by side with zlib, in the way of
-// libhdf5's own filters (shuffle, then deflate), and written into a file image in order.
+// hdf5-gzip: what an HDF5 file with gzip costs. Chunks are compressed side by side with zlib, in
+// the way of libhdf5's own filters (shuffle, then deflate), and written into a file image in order.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -29,7 +29,8 @@ constexpr std::int64_t kMaxChunkEdge = 65536;
 /// The chunks that h5py chooses for a dataset without a wish; the rule is in FORMAT.md.
 Extent automatic_chunk(const VolumeInfo& info) {
   constexpr double kBase = 16 * 1024, kSmallest = 8 * 1024, kLargest = 1024 * 1024;
-  std::array<double, 3> edges{static_cast<double>(info.extent.z), static_cast<double>(info.extent.y),
+  std::array<double, 3> edges{static_cast<double>(info.extent.z),
+                              static_cast<double>(info.extent.y),
                               static_cast<double>(info.extent.x)};
   const auto size = static_cast<double>(size_of(info.type));
   const auto bytes = [&] { return edges[0] * edges[1] * edges[2] * size; };
@@ -47,24 +48,26 @@ Extent automatic_chunk(const VolumeInfo& info) {
 
 Expected<ChunkedDataset> dataset_of(const VolumeInfo& info, const Parameters& parameters) {
   const auto wish = parameters.triple("chunk");
-  ChunkedDataset dataset{
-      info, {}, parameters.integer("shuffle") != 0, static_cast<unsigned>(parameters.integer("level"))};
+  ChunkedDataset dataset{info,
+                         {},
+                         parameters.integer("shuffle") != 0,
+                         static_cast<unsigned>(parameters.integer("level"))};
   if (wish[0] == 0 && wish[1] == 0 && wish[2] == 0) {
     dataset.chunk = automatic_chunk(info);
     return dataset;
   }
   if (wish[0] == 0 || wish[1] == 0 || wish[2] == 0) {
     return fail(ErrorCode::kBadArgument,
-                fmt::format("parameter 'chunk': expected 0,0,0 or three edges, found {},{},{}", wish[0],
-                            wish[1], wish[2]));
+                fmt::format("parameter 'chunk': expected 0,0,0 or three edges, found {},{},{}",
+                            wish[0], wish[1], wish[2]));
   }
   const Extent& e = info.extent;
   dataset.chunk = {std::min<std::uint64_t>(wish[0], e.x), std::min<std::uint64_t>(wish[1], e.y),
                    std::min<std::uint64_t>(wish[2], e.z)};
   if (dataset.chunk_bytes() > kMaxChunkBytes) {
     return fail(ErrorCode::kTooLarge,
-                fmt::format("parameter 'chunk': expected at most {} bytes a chunk, found {}", kMaxChunkBytes,
-                            dataset.chunk_bytes()));
+                fmt::format("parameter 'chunk': expected at most {} bytes a chunk, found {}",
+                            kMaxChunkBytes, dataset.chunk_bytes()));
   }
   return dataset;
 }
@@ -91,8 +94,8 @@ Extent valid_part(const ChunkedDataset& dataset, const Coordinate& position) {
           std::min(c.z, e.z - position.z * c.z)};
 }
 
-/// Calls copy(voxels of the slab, voxels of the chunk, bytes) for every row of the chunk; the slab starts at
-/// the chunk's first plane.
+/// Calls copy(voxels of the slab, voxels of the chunk, bytes) for every row of the chunk; the slab
+/// starts at the chunk's first plane.
 template <class Copy>
 void for_each_row(const ChunkedDataset& dataset, const Coordinate& position, Copy&& copy) {
   const std::uint64_t voxel = size_of(dataset.info.type);
@@ -123,10 +126,12 @@ class ChunkCompressor {
 
   void compress(const std::byte* slab, const Coordinate& position, Buffer& out) {
     // What lies outside the volume has the fill value 0.
-    if (valid_part(dataset_, position) != dataset_.chunk) std::memset(chunk_.data(), 0, chunk_.size());
-    for_each_row(dataset_, position, [&](std::uint64_t from, std::uint64_t to, std::uint64_t bytes) {
-      std::memcpy(chunk_.data() + to, slab + from, bytes);
-    });
+    if (valid_part(dataset_, position) != dataset_.chunk)
+      std::memset(chunk_.data(), 0, chunk_.size());
+    for_each_row(dataset_, position,
+                 [&](std::uint64_t from, std::uint64_t to, std::uint64_t bytes) {
+                   std::memcpy(chunk_.data() + to, slab + from, bytes);
+                 });
     const Buffer* filtered = &chunk_;
     if (dataset_.shuffle) {
       shuffle(chunk_.bytes(), size_of(dataset_.info.type), shuffled_.data());
@@ -137,7 +142,8 @@ class ChunkCompressor {
     stream_.avail_in = static_cast<uInt>(filtered->size());
     stream_.next_out = reinterpret_cast<Bytef*>(packed_.data());
     stream_.avail_out = static_cast<uInt>(packed_.size());
-    if (deflate(&stream_, Z_FINISH) != Z_STREAM_END) throw std::logic_error("deflateBound was too small");
+    if (deflate(&stream_, Z_FINISH) != Z_STREAM_END)
+      throw std::logic_error("deflateBound was too small");
     out = Buffer();
     out.append(packed_.data(), stream_.total_out);
   }
@@ -161,20 +167,23 @@ class Hdf5GzipDecoder final : public Decoder {
     std::vector<Scratch> scratch(std::max(threads, 1u));
     for (std::uint64_t first = 0; first < grid.z; first += std::min(depth, grid.z - first)) {
       const std::uint64_t last = first + std::min(depth, grid.z - first);
-      const std::uint64_t z0 = first * chunk_z, z1 = std::min(last * chunk_z, dataset_.info.extent.z);
+      const std::uint64_t z0 = first * chunk_z,
+                          z1 = std::min(last * chunk_z, dataset_.info.extent.z);
       std::byte* out = sink.begin(z0, z1);
       std::atomic<std::uint64_t> bad{places_.size()};
-      volumes::parallel_for(threads, (last - first) * columns, [&](unsigned worker, std::uint64_t i) {
-        const std::uint64_t index = first * columns + i;
-        const Coordinate position{index % grid.x, index / grid.x % grid.y, index / columns};
-        const std::uint64_t plane =
-            dataset_.info.extent.x * dataset_.info.extent.y * size_of(dataset_.info.type);
-        if (decode_chunk(position, places_[index], scratch[worker],
-                         out + (position.z * chunk_z - z0) * plane))
-          return;
-        for (std::uint64_t smallest = bad; index < smallest && !bad.compare_exchange_weak(smallest, index);) {
-        }
-      });
+      volumes::parallel_for(
+          threads, (last - first) * columns, [&](unsigned worker, std::uint64_t i) {
+            const std::uint64_t index = first * columns + i;
+            const Coordinate position{index % grid.x, index / grid.x % grid.y, index / columns};
+            const std::uint64_t plane =
+                dataset_.info.extent.x * dataset_.info.extent.y * size_of(dataset_.info.type);
+            if (decode_chunk(position, places_[index], scratch[worker],
+                             out + (position.z * chunk_z - z0) * plane))
+              return;
+            for (std::uint64_t smallest = bad;
+                 index < smallest && !bad.compare_exchange_weak(smallest, index);) {
+            }
+          });
       if (bad < places_.size()) {
         return fail(ErrorCode::kMalformed,
                     fmt::format("offset {}: expected a chunk of {} bytes in zlib's format",
@@ -195,8 +204,9 @@ class Hdf5GzipDecoder final : public Decoder {
     scratch.chunk.resize(dataset_.chunk_bytes());
     uLongf produced = scratch.chunk.size();
     uLong consumed = place.size;
-    const int result = uncompress2(reinterpret_cast<Bytef*>(scratch.chunk.data()), &produced,
-                                   reinterpret_cast<const Bytef*>(image_.data() + place.offset), &consumed);
+    const int result =
+        uncompress2(reinterpret_cast<Bytef*>(scratch.chunk.data()), &produced,
+                    reinterpret_cast<const Bytef*>(image_.data() + place.offset), &consumed);
     if (result != Z_OK || produced != scratch.chunk.size() || consumed != place.size) return false;
     const Buffer* voxels = &scratch.chunk;
     if (dataset_.shuffle) {
@@ -204,9 +214,10 @@ class Hdf5GzipDecoder final : public Decoder {
       unshuffle(scratch.chunk.bytes(), size_of(dataset_.info.type), scratch.unshuffled.data());
       voxels = &scratch.unshuffled;
     }
-    for_each_row(dataset_, position, [&](std::uint64_t to, std::uint64_t from, std::uint64_t bytes) {
-      std::memcpy(slab + to, voxels->data() + from, bytes);
-    });
+    for_each_row(dataset_, position,
+                 [&](std::uint64_t to, std::uint64_t from, std::uint64_t bytes) {
+                   std::memcpy(slab + to, voxels->data() + from, bytes);
+                 });
     return true;
   }
 
@@ -266,8 +277,8 @@ class Hdf5GzipCodec final : public Codec {
     volumes::SlabReader reader(source);
     Payload payload{};
     for (std::uint64_t z = 0; z < grid.z; ++z) {
-      const std::byte* slab =
-          reader.read(z * dataset->chunk.z, std::min((z + 1) * dataset->chunk.z, source.info().extent.z));
+      const std::byte* slab = reader.read(
+          z * dataset->chunk.z, std::min((z + 1) * dataset->chunk.z, source.info().extent.z));
       for (std::uint64_t first = 0; first < columns; first += packed.size()) {
         const std::uint64_t count = std::min<std::uint64_t>(packed.size(), columns - first);
         const auto position = [&](std::uint64_t i) -> Coordinate {
@@ -283,7 +294,8 @@ class Hdf5GzipCodec final : public Codec {
       }
     }
     payload.bytes = writer.finish();
-    payload.breakdown[ByteClass::kIndex] = payload.bytes.size() - payload.breakdown[ByteClass::kData];
+    payload.breakdown[ByteClass::kIndex] =
+        payload.bytes.size() - payload.breakdown[ByteClass::kData];
     payload.published_bytes = payload.bytes.size();
     return payload;
   }

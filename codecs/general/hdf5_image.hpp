@@ -1,14 +1,15 @@
-// An HDF5 file with one chunked dataset: written by libhdf5 in memory, read by this project's own bounded
-// reader.
+// An HDF5 file with one chunked dataset: written by libhdf5 in memory, read by this project's own
+// bounded reader.
 //
-// Writing: the core driver grows a buffer of ours (file image callbacks), so that the finished image is
-// handed over without a copy. Chunks arrive compressed and go in with H5Dwrite_chunk. No time stamps: the
-// bytes depend on the chunks and their order alone.
+// Writing: the core driver grows a buffer of ours (file image callbacks), so that the finished
+// image is handed over without a copy. Chunks arrive compressed and go in with H5Dwrite_chunk. No
+// time stamps: the bytes depend on the chunks and their order alone.
 //
-// Reading: libhdf5 trusts its files too much for bytes of unknown origin. What is needed here is little: from
-// the superblock (version 0) through the root group to the dataset's object header (version 1), its layout
-// and its chunk index (version 1 B-tree), as the HDF5 file format specification describes them. Every address
-// is checked; chunks are only located, not decompressed.
+// Reading: libhdf5 trusts its files too much for bytes of unknown origin. What is needed here is
+// little: from the superblock (version 0) through the root group to the dataset's object header
+// (version 1), its layout and its chunk index (version 1 B-tree), as the HDF5 file format
+// specification describes them. Every address is checked; chunks are only located, not
+// decompressed.
 #pragma once
 
 #include <array>

@@ -20,7 +20,8 @@ struct SuperblockLayout {
   static constexpr std::uint64_t kBaseAddress = 24;
   static constexpr std::uint64_t kEndOfFile = 40;
   static constexpr std::uint64_t kRootCacheType = 72;
-  static constexpr std::uint64_t kRootTree = 80;  ///< scratch space of the root group's symbol table entry
+  static constexpr std::uint64_t kRootTree =
+      80;  ///< scratch space of the root group's symbol table entry
   static constexpr std::uint64_t kBytes = 96;
 };
 struct TreeLayout {
@@ -35,7 +36,8 @@ struct TreeLayout {
 };
 struct SymbolNodeLayout {
   static constexpr std::uint64_t kSymbols = 6;
-  static constexpr std::uint64_t kFirstHeader = 16;  ///< address of the first symbol's object header
+  static constexpr std::uint64_t kFirstHeader =
+      16;  ///< address of the first symbol's object header
   static constexpr std::uint64_t kBytes = 48;
 };
 struct ObjectHeaderLayout {
@@ -65,7 +67,8 @@ class ImageReader {
     std::uint64_t header = 0, index = 0;
     if (auto ok = find_header(header); !ok) return tl::unexpected(ok.error());
     if (auto ok = read_header(header, index); !ok) return tl::unexpected(ok.error());
-    // Each chunk has a key in the index: a grid beyond that is refused before the places are allocated.
+    // Each chunk has a key in the index: a grid beyond that is refused before the places are
+    // allocated.
     std::uint64_t room = image_.size() / (TreeLayout::kChunkKeyBytes + TreeLayout::kChildBytes);
     for (const std::uint64_t n : {grid_.x, grid_.y, grid_.z}) room /= n;
     if (room == 0)
@@ -74,8 +77,8 @@ class ImageReader {
     places_.resize(grid_.voxels());
     if (auto ok = read_node(index, -1); !ok) return tl::unexpected(ok.error());
     if (found_ != places_.size()) {
-      return fail(ErrorCode::kTruncated,
-                  fmt::format("offset {}: expected {} chunks, found {}", index, places_.size(), found_));
+      return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} chunks, found {}",
+                                                     index, places_.size(), found_));
     }
     return std::move(places_);
   }
@@ -111,7 +114,8 @@ class ImageReader {
     const auto end = field<std::uint64_t>(S::kEndOfFile);
     if (end != image_.size()) {
       return fail(end > image_.size() ? ErrorCode::kTruncated : ErrorCode::kMalformed,
-                  fmt::format("offset {}: {} bytes announced, found {}", S::kEndOfFile, end, image_.size()));
+                  fmt::format("offset {}: {} bytes announced, found {}", S::kEndOfFile, end,
+                              image_.size()));
     }
     if (field<std::uint32_t>(S::kRootCacheType) != 1)
       return malformed(S::kRootCacheType, "a cached symbol table");
@@ -133,7 +137,8 @@ class ImageReader {
     return {};
   }
 
-  /// Walks the messages of the dataset's object header; `index` becomes the address of the chunk index.
+  /// Walks the messages of the dataset's object header; `index` becomes the address of the chunk
+  /// index.
   Expected<void> read_header(std::uint64_t header, std::uint64_t& index) const {
     using H = ObjectHeaderLayout;
     if (!holds(header, H::kFirstMessage) || field<std::uint8_t>(header) != 1)
@@ -148,7 +153,8 @@ class ImageReader {
         std::tie(at, left) = continuation;
         continuation = {0, 0};
       }
-      if (left < H::kMessageHeaderBytes || !holds(at, left)) return malformed(at, "a header message");
+      if (left < H::kMessageHeaderBytes || !holds(at, left))
+        return malformed(at, "a header message");
       const auto type = static_cast<Message>(field<std::uint16_t>(at));
       const std::uint64_t size = field<std::uint16_t>(at + 2), body = at + H::kMessageHeaderBytes;
       if (size > left - H::kMessageHeaderBytes) return malformed(at, "a message inside its header");
@@ -223,8 +229,8 @@ class ImageReader {
     return true;
   }
 
-  /// level: that of this node, -1 for any (the root). Levels descend, and a leaf has at least one chunk that
-  /// no other leaf has, so this ends whatever the addresses are.
+  /// level: that of this node, -1 for any (the root). Levels descend, and a leaf has at least one
+  /// chunk that no other leaf has, so this ends whatever the addresses are.
   Expected<void> read_node(std::uint64_t at, int level) {
     using N = TreeLayout;
     if (!holds(at, N::kKeys) || !has_text(at, "TREE") || field<std::uint8_t>(at + N::kType) != 1)

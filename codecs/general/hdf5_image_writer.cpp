@@ -75,9 +75,10 @@ Hdf5ImageWriter::Hdf5ImageWriter(const ChunkedDataset& dataset)
   if (dataset.shuffle) check(H5Pset_shuffle(creation.get()) >= 0, "shuffle");
   check(H5Pset_deflate(creation.get(), dataset.level) >= 0, "gzip");
   const char* name = dataset.info.kind == VolumeKind::kLabels ? "labels" : "scalars";
-  file_->dataset = Hdf5Handle(H5Dcreate2(file_->file.get(), name, volumes::hdf5_file_type(dataset.info.type), space.get(),
-                                         H5P_DEFAULT, creation.get(), H5P_DEFAULT),
-                              H5Dclose);
+  file_->dataset =
+      Hdf5Handle(H5Dcreate2(file_->file.get(), name, volumes::hdf5_file_type(dataset.info.type),
+                            space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT),
+                 H5Dclose);
   check(file_->dataset.valid(), "create dataset");
 }
 
@@ -91,8 +92,9 @@ void Hdf5ImageWriter::write_chunk(const Coordinate& position, std::span<const st
   const Hdf5Session session;
   const hsize_t offset[3] = {position.z * dataset_.chunk.z, position.y * dataset_.chunk.y,
                              position.x * dataset_.chunk.x};
-  check(H5Dwrite_chunk(file_->dataset.get(), H5P_DEFAULT, 0, offset, bytes.size(), bytes.data()) >= 0,
-        "write chunk");
+  check(
+      H5Dwrite_chunk(file_->dataset.get(), H5P_DEFAULT, 0, offset, bytes.size(), bytes.data()) >= 0,
+      "write chunk");
 }
 
 Buffer Hdf5ImageWriter::finish() {

@@ -15,8 +15,8 @@ class LzmaDecoder final : public Decoder {
 
   Expected<void> decode(unsigned, unsigned, SlabSink& sink) const override {
     general::XzDecoder decoder(payload_);
-    auto filled =
-        general::fill_slabs(info_, sink, [&](std::span<std::byte> slab) { return decoder.fill(slab); });
+    auto filled = general::fill_slabs(
+        info_, sink, [&](std::span<std::byte> slab) { return decoder.fill(slab); });
     if (!filled) return filled;
     return decoder.finish();
   }
@@ -54,8 +54,8 @@ class LzmaCodec final : public Codec {
                            unsigned) const override {
     general::XzEncoder encoder(static_cast<std::uint32_t>(parameters.integer("level")));
     Payload payload{};
-    auto fed =
-        general::for_each_slab(source, [&](std::span<const std::byte> slab, bool last) -> Expected<void> {
+    auto fed = general::for_each_slab(
+        source, [&](std::span<const std::byte> slab, bool last) -> Expected<void> {
           encoder.feed(slab, last, payload.bytes);
           return {};
         });
@@ -68,8 +68,9 @@ class LzmaCodec final : public Codec {
     const auto size = general::xz_uncompressed_size(stream.payload);
     if (!size) return tl::unexpected(size.error());
     if (*size != stream.info.bytes()) {
-      return fail(ErrorCode::kMalformed, fmt::format("expected an xz stream of {} bytes, found one of {}",
-                                                     stream.info.bytes(), *size));
+      return fail(ErrorCode::kMalformed,
+                  fmt::format("expected an xz stream of {} bytes, found one of {}",
+                              stream.info.bytes(), *size));
     }
     return std::make_unique<LzmaDecoder>(stream);
   }

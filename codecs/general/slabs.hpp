@@ -1,5 +1,5 @@
-// How the general-purpose codecs cut a volume into slabs: by a fixed number of bytes, so that the compressor
-// is fed the same pieces whatever the source and the number of threads.
+// How the general-purpose codecs cut a volume into slabs: by a fixed number of bytes, so that the
+// compressor is fed the same pieces whatever the source and the number of threads.
 #pragma once
 
 #include <algorithm>

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 
-/// A repeated match of 273 bytes takes at least 14 decisions of log2(2048 / 2017) bits: about 7100 bytes a
-/// byte.
+/// A repeated match of 273 bytes takes at least 14 decisions of log2(2048 / 2017) bits: about 7100
+/// bytes a byte.
 constexpr std::uint64_t kMaxRatio = 8192;
 
 const std::uint8_t* bytes_of(std::span<const std::byte> in) {
@@ -59,8 +59,9 @@ Expected<void> XzDecoder::step() {
     case LZMA_BUF_ERROR:
       return fail(ErrorCode::kTruncated, fmt::format("offset {}: the xz stream is cut off", at));
     case LZMA_MEMLIMIT_ERROR:
-      return fail(ErrorCode::kTooLarge,
-                  fmt::format("offset {}: the xz stream asks for a larger dictionary than any preset", at));
+      return fail(
+          ErrorCode::kTooLarge,
+          fmt::format("offset {}: the xz stream asks for a larger dictionary than any preset", at));
     case LZMA_MEM_ERROR:
       return fail(ErrorCode::kOutOfMemory, "not enough memory for an xz decoder");
     case LZMA_FORMAT_ERROR:
@@ -90,13 +91,15 @@ Expected<void> XzDecoder::finish() {
       return fail(ErrorCode::kMalformed, "the xz stream holds more bytes than expected");
   }
   if (stream_.avail_in != 0)
-    return fail(ErrorCode::kMalformed, fmt::format("{} bytes follow the xz stream", stream_.avail_in));
+    return fail(ErrorCode::kMalformed,
+                fmt::format("{} bytes follow the xz stream", stream_.avail_in));
   return {};
 }
 
 Expected<std::uint64_t> xz_uncompressed_size(std::span<const std::byte> in) {
   if (in.size() < 2 * LZMA_STREAM_HEADER_SIZE) {
-    return fail(ErrorCode::kTruncated, fmt::format("expected an xz stream, found {} bytes", in.size()));
+    return fail(ErrorCode::kTruncated,
+                fmt::format("expected an xz stream, found {} bytes", in.size()));
   }
   const std::size_t footer_at = in.size() - LZMA_STREAM_HEADER_SIZE;
   lzma_stream_flags footer;

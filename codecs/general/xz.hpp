@@ -1,7 +1,8 @@
-// The xz container (liblzma) in pieces: one stream, one block, CRC64, as the library's own presets write it.
+// The xz container (liblzma) in pieces: one stream, one block, CRC64, as the library's own presets
+// write it.
 //
-// Sizes are bounded on both sides: the encoder's memory by its preset, the decoder's by kMaxDecoderMemory,
-// and the decoder never produces more than it is asked for.
+// Sizes are bounded on both sides: the encoder's memory by its preset, the decoder's by
+// kMaxDecoderMemory, and the decoder never produces more than it is asked for.
 #pragma once
 
 #include <lzma.h>
@@ -24,7 +25,8 @@ class XzEncoder {
   ~XzEncoder() { lzma_end(&stream_); }
   XzEncoder(const XzEncoder&) = delete;
   XzEncoder& operator=(const XzEncoder&) = delete;
-  /// Appends what comes out to `out`. The call with `last` finishes the stream. Throws std::bad_alloc.
+  /// Appends what comes out to `out`. The call with `last` finishes the stream. Throws
+  /// std::bad_alloc.
   void feed(std::span<const std::byte> in, bool last, volumes::Buffer& out);
 
  private:
@@ -51,8 +53,8 @@ class XzDecoder {
   bool ended_ = false;
 };
 
-/// The uncompressed size that the index at the end of the container tells; the whole of `in` must be one
-/// container. Fails too if that size is beyond what LZMA can pack into so few bytes.
+/// The uncompressed size that the index at the end of the container tells; the whole of `in` must
+/// be one container. Fails too if that size is beyond what LZMA can pack into so few bytes.
 volumes::Expected<std::uint64_t> xz_uncompressed_size(std::span<const std::byte> in);
 
 }  // namespace cvr::codecs::general

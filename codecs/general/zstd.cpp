@@ -1,7 +1,7 @@
 // zstd: the voxels as one frame, with its content size, without a checksum (the envelope has one).
 //
-// One thread, one frame: jobs of a multi-threaded frame would change the bytes. The decoder bounds its output
-// by the volume and its window by kMaxWindowLog.
+// One thread, one frame: jobs of a multi-threaded frame would change the bytes. The decoder bounds
+// its output by the volume and its window by kMaxWindowLog.
 #include <fmt/format.h>
 #include <zstd.h>
 
@@ -25,7 +25,8 @@ class ZstdDecoder final : public Decoder {
   explicit ZstdDecoder(const Stream& stream) : info_(stream.info), payload_(stream.payload) {}
 
   Expected<void> decode(unsigned, unsigned, SlabSink& sink) const override {
-    const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), &ZSTD_freeDCtx);
+    const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(),
+                                                                       &ZSTD_freeDCtx);
     if (!context) return fail(ErrorCode::kOutOfMemory, "not enough memory for a zstd decoder");
     ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kMaxWindowLog);
     ZSTD_inBuffer in{payload_.data(), payload_.size(), 0};
@@ -34,30 +35,36 @@ class ZstdDecoder final : public Decoder {
       const std::size_t in_before = in.pos, out_before = out.pos;
       hint = ZSTD_decompressStream(context.get(), &out, &in);
       if (ZSTD_isError(hint) != 0) {
-        return fail(ErrorCode::kMalformed, fmt::format("offset {}: {}", in.pos, ZSTD_getErrorName(hint)));
+        return fail(ErrorCode::kMalformed,
+                    fmt::format("offset {}: {}", in.pos, ZSTD_getErrorName(hint)));
       }
       return in.pos != in_before || out.pos != out_before;
     };
-    auto filled = general::fill_slabs(info_, sink, [&](std::span<std::byte> slab) -> Expected<void> {
-      ZSTD_outBuffer out{slab.data(), slab.size(), 0};
-      while (out.pos < out.size) {
-        // A finished frame would be followed by the next one: there is only one.
-        if (hint == 0) return fail(ErrorCode::kTruncated, "the frame holds fewer voxels than the volume");
-        const auto moved = pull(out);
-        if (!moved) return tl::unexpected(moved.error());
-        if (!*moved)
-          return fail(ErrorCode::kTruncated, fmt::format("offset {}: the frame is cut off", in.pos));
-      }
-      return {};
-    });
+    auto filled =
+        general::fill_slabs(info_, sink, [&](std::span<std::byte> slab) -> Expected<void> {
+          ZSTD_outBuffer out{slab.data(), slab.size(), 0};
+          while (out.pos < out.size) {
+            // A finished frame would be followed by the next one: there is only one.
+            if (hint == 0)
+              return fail(ErrorCode::kTruncated, "the frame holds fewer voxels than the volume");
+            const auto moved = pull(out);
+            if (!moved) return tl::unexpected(moved.error());
+            if (!*moved)
+              return fail(ErrorCode::kTruncated,
+                          fmt::format("offset {}: the frame is cut off", in.pos));
+          }
+          return {};
+        });
     if (!filled) return filled;
     std::byte surplus;
     ZSTD_outBuffer out{&surplus, 1, 0};
     while (hint != 0) {
       const auto moved = pull(out);
       if (!moved) return tl::unexpected(moved.error());
-      if (out.pos != 0) return fail(ErrorCode::kMalformed, "the frame holds more voxels than the volume");
-      if (!*moved) return fail(ErrorCode::kTruncated, fmt::format("offset {}: the frame is cut off", in.pos));
+      if (out.pos != 0)
+        return fail(ErrorCode::kMalformed, "the frame holds more voxels than the volume");
+      if (!*moved)
+        return fail(ErrorCode::kTruncated, fmt::format("offset {}: the frame is cut off", in.pos));
     }
     if (in.pos != in.size) {
       return fail(ErrorCode::kMalformed,
@@ -97,21 +104,23 @@ class ZstdCodec final : public Codec {
 
   Expected<Payload> encode(const VolumeSource& source, const Parameters& parameters,
                            unsigned) const override {
-    const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
+    const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
+                                                                       &ZSTD_freeCCtx);
     if (!context) return fail(ErrorCode::kOutOfMemory, "not enough memory for a zstd encoder");
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel,
                            static_cast<int>(parameters.integer("level")));
     ZSTD_CCtx_setPledgedSrcSize(context.get(), source.info().bytes());
     Payload payload{};
     Buffer piece(ZSTD_CStreamOutSize());
-    auto fed =
-        general::for_each_slab(source, [&](std::span<const std::byte> slab, bool last) -> Expected<void> {
+    auto fed = general::for_each_slab(
+        source, [&](std::span<const std::byte> slab, bool last) -> Expected<void> {
           ZSTD_inBuffer in{slab.data(), slab.size(), 0};
           for (bool done = false; !done;) {
             ZSTD_outBuffer out{piece.data(), piece.size(), 0};
             const std::size_t left =
                 ZSTD_compressStream2(context.get(), &out, &in, last ? ZSTD_e_end : ZSTD_e_continue);
-            if (ZSTD_isError(left) != 0) return fail(ErrorCode::kOutOfMemory, ZSTD_getErrorName(left));
+            if (ZSTD_isError(left) != 0)
+              return fail(ErrorCode::kOutOfMemory, ZSTD_getErrorName(left));
             payload.bytes.append(piece.data(), out.pos);
             done = last ? left == 0 : in.pos == in.size;
           }
@@ -132,12 +141,14 @@ class ZstdCodec final : public Codec {
       return fail(
           ErrorCode::kMalformed,
           announced == ZSTD_CONTENTSIZE_UNKNOWN
-              ? fmt::format("offset 0: expected a frame of {} bytes, found one of unknown size", wanted)
-              : fmt::format("offset 0: expected a frame of {} bytes, found one of {}", wanted, announced));
+              ? fmt::format("offset 0: expected a frame of {} bytes, found one of unknown size",
+                            wanted)
+              : fmt::format("offset 0: expected a frame of {} bytes, found one of {}", wanted,
+                            announced));
     }
     if (wanted / kMaxBlockBytes > stream.payload.size() / kBlockHeaderBytes) {
-      return fail(ErrorCode::kTruncated,
-                  fmt::format("{} bytes cannot hold {} bytes of voxels", stream.payload.size(), wanted));
+      return fail(ErrorCode::kTruncated, fmt::format("{} bytes cannot hold {} bytes of voxels",
+                                                     stream.payload.size(), wanted));
     }
     return std::make_unique<ZstdDecoder>(stream);
   }

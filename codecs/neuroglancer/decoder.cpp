@@ -48,7 +48,11 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
  public:
   NeuroglancerDecoder(const VolumeInfo& info, const volumes::BlockSize& block, std::uint32_t edge,
                       std::vector<Level> levels, Buffer aligned)
-      : info_(info), block_(block), edge_(edge), levels_(std::move(levels)), aligned_(std::move(aligned)) {}
+      : info_(info),
+        block_(block),
+        edge_(edge),
+        levels_(std::move(levels)),
+        aligned_(std::move(aligned)) {}
 
   unsigned levels() const override { return static_cast<unsigned>(levels_.size()); }
   const VoxelAccess* voxel_access() const override { return this; }
@@ -67,11 +71,15 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
         const std::uint64_t columns = level.grid.x * level.grid.y;
         volumes::parallel_for(threads, pieces.size() * columns, [&](unsigned, std::uint64_t i) {
           const Layers& piece = pieces[i / columns];
-          const Coordinate chunk{i % columns % level.grid.x, i % columns / level.grid.x, piece.chunk};
+          const Coordinate chunk{i % columns % level.grid.x, i % columns / level.grid.x,
+                                 piece.chunk};
           const Coordinate origin{chunk.x * edge_, chunk.y * edge_, piece.z0 - z0};
-          const LabelBox<T> box{
-              out + level.extent.index(origin), {}, level.extent.x, level.extent.x * level.extent.y};
-          const auto done = level.chunks[level.grid.index(chunk)].decode_layers(piece.begin, piece.end, box);
+          const LabelBox<T> box{out + level.extent.index(origin),
+                                {},
+                                level.extent.x,
+                                level.extent.x * level.extent.y};
+          const auto done =
+              level.chunks[level.grid.index(chunk)].decode_layers(piece.begin, piece.end, box);
           if (!done) error.note(i, done.error());
         });
         if (auto ok = error.result(); !ok) return ok;
@@ -85,8 +93,8 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
   Expected<void> at(std::span<const Coordinate> points, unsigned lod,
                     std::span<std::uint64_t> labels) const override {
     if (lod >= levels_.size()) {
-      return fail(ErrorCode::kBadArgument,
-                  fmt::format("level of detail: expected 0..{}, found {}", levels_.size() - 1, lod));
+      return fail(ErrorCode::kBadArgument, fmt::format("level of detail: expected 0..{}, found {}",
+                                                       levels_.size() - 1, lod));
     }
     const std::uint64_t largest = volumes::with_label_type(
         info_.type, []<class T>() -> std::uint64_t { return std::numeric_limits<T>::max(); });
@@ -96,7 +104,8 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
       for (std::size_t i = 0; i < points.size(); ++i) {
         const Coordinate c{points[i].x >> lod, points[i].y >> lod, points[i].z >> lod};
         const Coordinate chunk{divide(c.x), divide(c.y), divide(c.z)};
-        const Coordinate inside{c.x - chunk.x * edge_, c.y - chunk.y * edge_, c.z - chunk.z * edge_};
+        const Coordinate inside{c.x - chunk.x * edge_, c.y - chunk.y * edge_,
+                                c.z - chunk.z * edge_};
         labels[i] = level.chunks[level.grid.index(chunk)].label(inside);
         widest = std::max(widest, labels[i]);
       }
@@ -106,15 +115,18 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
     } else {
       look_up([edge = edge_](std::uint64_t n) { return n / edge; });
     }
-    if (widest > largest) return fail(ErrorCode::kMalformed, fmt::format("a label exceeds {}", largest));
+    if (widest > largest)
+      return fail(ErrorCode::kMalformed, fmt::format("a label exceeds {}", largest));
     return {};
   }
 
-  Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const override {
+  Expected<void> decode_brick(const Coordinate& brick, unsigned lod,
+                              std::byte* out) const override {
     if (lod >= levels_.size() || !levels_[0].grid.contains(brick)) {
-      return fail(ErrorCode::kBadArgument,
-                  fmt::format("brick {},{},{} at level {}: expected a brick of {} and a level below {}",
-                              brick.x, brick.y, brick.z, lod, to_string(levels_[0].grid), levels_.size()));
+      return fail(
+          ErrorCode::kBadArgument,
+          fmt::format("brick {},{},{} at level {}: expected a brick of {} and a level below {}",
+                      brick.x, brick.y, brick.z, lod, to_string(levels_[0].grid), levels_.size()));
     }
     const Level& level = levels_[lod];
     const std::uint32_t edge = edge_ >> lod;
@@ -130,7 +142,8 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
       const Coordinate chunk{origin.x / edge_, origin.y / edge_, origin.z / edge_};
       const CompressedSegmentation& stream = level.chunks[level.grid.index(chunk)];
       for (std::uint64_t i = 0; i < size.voxels(); ++i) {
-        const Coordinate inside{origin.x % edge_ + i % size.x, origin.y % edge_ + i / size.x % size.y,
+        const Coordinate inside{origin.x % edge_ + i % size.x,
+                                origin.y % edge_ + i / size.x % size.y,
                                 origin.z % edge_ + i / size.x / size.y};
         const std::uint64_t label = stream.label(inside);
         if (label > std::numeric_limits<T>::max())
@@ -144,7 +157,8 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
   Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
     std::vector<StoredLevel> stored;
     for (const Level& level : levels_) stored.push_back({level.extent, level.grid, level.chunks});
-    return neuroglancer::gpu_encoding(*this, info_, block_, edge_, stored, brick == 0 ? 32 : brick, threads);
+    return neuroglancer::gpu_encoding(*this, info_, block_, edge_, stored, brick == 0 ? 32 : brick,
+                                      threads);
   }
 
  private:
@@ -155,7 +169,8 @@ class NeuroglancerDecoder final : public Decoder, public VoxelAccess, public Bri
     std::uint64_t z0, z1;
   };
 
-  /// The layers of about `depth` planes from z0 on: at least one layer, and no more than the level has.
+  /// The layers of about `depth` planes from z0 on: at least one layer, and no more than the level
+  /// has.
   std::vector<Layers> next_slab(const Level& level, std::uint64_t z0, std::uint64_t depth) const {
     std::vector<Layers> pieces;
     for (std::uint64_t z = z0; z < level.extent.z;) {
@@ -191,11 +206,12 @@ Expected<void> open_level(Level& level, std::uint32_t edge, const volumes::Block
           return fail(ErrorCode::kMalformed,
                       fmt::format("chunk table: words {} to {} of {}", begin, end, words.size()));
         }
-        auto stream = CompressedSegmentation::open(
-            words.subspan(begin, end - begin), chunk_extent(level.extent, edge, chunk), block, table_words);
+        auto stream = CompressedSegmentation::open(words.subspan(begin, end - begin),
+                                                   chunk_extent(level.extent, edge, chunk), block,
+                                                   table_words);
         if (!stream) {
-          return fail(stream.error().code,
-                      fmt::format("chunk {},{},{}: {}", chunk.x, chunk.y, chunk.z, stream.error().message));
+          return fail(stream.error().code, fmt::format("chunk {},{},{}: {}", chunk.x, chunk.y,
+                                                       chunk.z, stream.error().message));
         }
         level.chunks.push_back(*stream);
       }
@@ -217,7 +233,8 @@ Expected<std::unique_ptr<Decoder>> open_decoder(const Stream& stream) {
   std::memcpy(header, stream.payload.data(), sizeof header);
   const std::uint32_t edge = header[0];
   const auto given = static_cast<std::uint32_t>(stream.parameters.integer("chunk"));
-  if (edge == 0 || edge > kMaxChunk || (given != 0 && edge != given) || !chunk_suits_levels(edge, levels)) {
+  if (edge == 0 || edge > kMaxChunk || (given != 0 && edge != given) ||
+      !chunk_suits_levels(edge, levels)) {
     return fail(ErrorCode::kMalformed,
                 fmt::format("offset 0: {} is no chunk edge of these parameters", edge));
   }
@@ -225,17 +242,18 @@ Expected<std::unique_ptr<Decoder>> open_decoder(const Stream& stream) {
     return fail(ErrorCode::kMalformed,
                 fmt::format("offset 4: expected {} levels, found {}", levels, header[1]));
 
-  // Each chunk takes a table entry: too many chunks for the payload are found before anything is allocated
-  // for them.
-  std::uint64_t entries = (payload_size - PayloadLayout::kHeaderBytes) / PayloadLayout::kTableEntryBytes;
+  // Each chunk takes a table entry: too many chunks for the payload are found before anything is
+  // allocated for them.
+  std::uint64_t entries =
+      (payload_size - PayloadLayout::kHeaderBytes) / PayloadLayout::kTableEntryBytes;
   std::uint64_t chunks = 0;
   std::vector<Level> opened(levels);
   for (unsigned k = 0; k < levels; ++k) {
     opened[k].extent = level_extent(stream.info.extent, k);
     opened[k].grid = ceil_div(opened[k].extent, edge);
     const Extent& grid = opened[k].grid;
-    if (grid.x >= entries || grid.y >= entries / grid.x || grid.z >= entries / (grid.x * grid.y) + 1 ||
-        chunks + grid.voxels() + 1 > entries) {
+    if (grid.x >= entries || grid.y >= entries / grid.x ||
+        grid.z >= entries / (grid.x * grid.y) + 1 || chunks + grid.voxels() + 1 > entries) {
       return fail(ErrorCode::kTruncated,
                   fmt::format("offset 8: expected a table of {} chunks or more, found {} bytes",
                               to_string(grid), payload_size - PayloadLayout::kHeaderBytes));
@@ -251,8 +269,8 @@ Expected<std::unique_ptr<Decoder>> open_decoder(const Stream& stream) {
   if (starts.front() != 0 || stream_bytes % 4 != 0 || starts.back() != stream_bytes / 4) {
     return fail(starts.front() == 0 && starts.back() > stream_bytes / 4 ? ErrorCode::kTruncated
                                                                         : ErrorCode::kMalformed,
-                fmt::format("offset 8: the chunk table announces {} words, found {} bytes", starts.back(),
-                            stream_bytes));
+                fmt::format("offset 8: the chunk table announces {} words, found {} bytes",
+                            starts.back(), stream_bytes));
   }
   Buffer aligned;
   const std::byte* first = stream.payload.data() + streams_at;
@@ -264,7 +282,8 @@ Expected<std::unique_ptr<Decoder>> open_decoder(const Stream& stream) {
   const unsigned table_words = stream.info.type == VoxelType::kU64 ? 2 : 1;
   std::span<const std::uint64_t> rest(starts);
   for (Level& level : opened) {
-    if (auto ok = open_level(level, edge, block_size(stream.parameters), table_words, rest, words); !ok) {
+    if (auto ok = open_level(level, edge, block_size(stream.parameters), table_words, rest, words);
+        !ok) {
       return tl::unexpected(ok.error());
     }
     rest = rest.subspan(level.grid.voxels());

@@ -1,7 +1,7 @@
 // The encoder: cuts each level of the label pyramid into chunks and encodes them side by side.
 //
-// Chunks finish in any order but are appended in theirs, a batch at a time, so that the bytes do not depend
-// on the number of threads and no more than a batch of streams exists twice.
+// Chunks finish in any order but are appended in theirs, a batch at a time, so that the bytes do
+// not depend on the number of threads and no more than a batch of streams exists twice.
 #include "codecs/neuroglancer/neuroglancer.hpp"
 
 #include <fmt/format.h>
@@ -27,7 +27,8 @@ constexpr std::uint64_t kBatchChunks = 16;
 
 class LevelEncoder {
  public:
-  LevelEncoder(const VolumeSource& source, std::uint32_t edge, const BlockSize& block, unsigned threads)
+  LevelEncoder(const VolumeSource& source, std::uint32_t edge, const BlockSize& block,
+               unsigned threads)
       : source_(source),
         extent_(source.info().extent),
         edge_(edge),
@@ -50,8 +51,8 @@ class LevelEncoder {
       });
       for (std::uint64_t i = 0; i < count; ++i) {
         if (!streams[i]) return tl::unexpected(streams[i].error());
-        const auto sums =
-            volumes::count_words(*streams[i], chunk_extent(extent_, edge_, position(first + i)), block_);
+        const auto sums = volumes::count_words(
+            *streams[i], chunk_extent(extent_, edge_, position(first + i)), block_);
         payload.bytes.append(streams[i]->data(), streams[i]->size() * 4);
         payload.breakdown[ByteClass::kHeader] += sums.headers * 4;
         payload.breakdown[ByteClass::kOperations] += sums.values * 4;
@@ -79,7 +80,8 @@ class LevelEncoder {
         const std::scoped_lock lock(reading_);
         source_.read({origin, size}, box.data());
       }
-      return volumes::encode_compressed_segmentation(reinterpret_cast<const T*>(box.data()), size, block_);
+      return volumes::encode_compressed_segmentation(reinterpret_cast<const T*>(box.data()), size,
+                                                     block_);
     });
   }
 
@@ -110,7 +112,8 @@ Expected<Payload> encode_levels(std::span<const VolumeSource* const> levels, std
   const std::uint32_t header[2] = {edge, narrow<std::uint32_t>(levels.size())};
   static_assert(sizeof header == PayloadLayout::kHeaderBytes);
   std::memcpy(payload.bytes.data(), header, sizeof header);
-  std::memcpy(payload.bytes.data() + sizeof header, starts.data(), starts.size() * sizeof starts[0]);
+  std::memcpy(payload.bytes.data() + sizeof header, starts.data(),
+              starts.size() * sizeof starts[0]);
   payload.breakdown[ByteClass::kHeader] += sizeof header;
   payload.breakdown[ByteClass::kIndex] += streams_at - sizeof header;
   return payload;
@@ -119,17 +122,18 @@ Expected<Payload> encode_levels(std::span<const VolumeSource* const> levels, std
 class NeuroglancerCodec final : public Codec {
  public:
   const Traits& traits() const override {
-    static const Traits kTraits{.id = "neuroglancer",
-                                .version = 1,
-                                .family = "neuroglancer",
-                                .summary = "chunks of Neuroglancer's compressed_segmentation",
-                                .lossless = true,
-                                .types = volumes::kLabelTypes,
-                                .access = Granularity::kVoxel,
-                                .levels_of_detail = true,
-                                .stored_compressed = true,
-                                .gpu_decodable = true,
-                                .front = {{ByteClass::kHeader, PayloadLayout::kHeaderBytes}, {ByteClass::kIndex}}};
+    static const Traits kTraits{
+        .id = "neuroglancer",
+        .version = 1,
+        .family = "neuroglancer",
+        .summary = "chunks of Neuroglancer's compressed_segmentation",
+        .lossless = true,
+        .types = volumes::kLabelTypes,
+        .access = Granularity::kVoxel,
+        .levels_of_detail = true,
+        .stored_compressed = true,
+        .gpu_decodable = true,
+        .front = {{ByteClass::kHeader, PayloadLayout::kHeaderBytes}, {ByteClass::kIndex}}};
     return kTraits;
   }
 
@@ -141,20 +145,20 @@ class NeuroglancerCodec final : public Codec {
                       .minimum = 1,
                       .maximum = volumes::kMaxBlockEdge,
                       .description = "voxels of a block along each axis"},
-        ParameterSpec{
-            .name = "chunk",
-            .type = ParameterType::kInteger,
-            .default_value = "0",
-            .minimum = 0,
-            .maximum = neuroglancer::kMaxChunk,
-            .description =
-                "voxels of a chunk along each axis; 0: 512, halved until all table offsets fit 24 bits"},
-        ParameterSpec{.name = "levels",
+        ParameterSpec{.name = "chunk",
                       .type = ParameterType::kInteger,
-                      .default_value = "1",
-                      .minimum = 1,
-                      .maximum = neuroglancer::kMaxLevels,
-                      .description = "levels of the label pyramid, each stored as a scale of its own"}};
+                      .default_value = "0",
+                      .minimum = 0,
+                      .maximum = neuroglancer::kMaxChunk,
+                      .description = "voxels of a chunk along each axis; 0: 512, halved until all "
+                                     "table offsets fit 24 bits"},
+        ParameterSpec{
+            .name = "levels",
+            .type = ParameterType::kInteger,
+            .default_value = "1",
+            .minimum = 1,
+            .maximum = neuroglancer::kMaxLevels,
+            .description = "levels of the label pyramid, each stored as a scale of its own"}};
     return kParameters;
   }
 
@@ -164,9 +168,10 @@ class NeuroglancerCodec final : public Codec {
     const auto given = static_cast<std::uint32_t>(parameters.integer("chunk"));
     std::uint32_t edge = given != 0 ? given : neuroglancer::kAutomaticChunk;
     if (!neuroglancer::chunk_suits_levels(edge, levels)) {
-      return fail(ErrorCode::kBadArgument,
-                  fmt::format("parameter 'chunk': expected a multiple of {} for {} levels, found {}",
-                              1u << (levels - 1), levels, edge));
+      return fail(
+          ErrorCode::kBadArgument,
+          fmt::format("parameter 'chunk': expected a multiple of {} for {} levels, found {}",
+                      1u << (levels - 1), levels, edge));
     }
     std::vector<Volume> coarser;
     std::vector<volumes::MemorySource> sources;
@@ -183,11 +188,12 @@ class NeuroglancerCodec final : public Codec {
       auto payload = encode_levels(pointers, edge, block, std::max(threads, 1u));
       const bool too_large = !payload && payload.error().code == ErrorCode::kTooLarge;
       if (!too_large) return payload;
-      const bool can_halve = given == 0 && edge > 1 && neuroglancer::chunk_suits_levels(edge / 2, levels);
+      const bool can_halve =
+          given == 0 && edge > 1 && neuroglancer::chunk_suits_levels(edge / 2, levels);
       if (!can_halve) {
         return fail(ErrorCode::kTooLarge,
-                    fmt::format("parameter 'chunk': chunks of {} voxels an axis do not fit: {}", edge,
-                                payload.error().message));
+                    fmt::format("parameter 'chunk': chunks of {} voxels an axis do not fit: {}",
+                                edge, payload.error().message));
       }
     }
   }
@@ -199,8 +205,9 @@ class NeuroglancerCodec final : public Codec {
 
 }  // namespace
 
-Expected<void> neuroglancer::append_level(const VolumeSource& level, std::uint32_t edge, const BlockSize& block,
-                                          unsigned threads, Payload& payload, std::vector<std::uint64_t>& ends) {
+Expected<void> neuroglancer::append_level(const VolumeSource& level, std::uint32_t edge,
+                                          const BlockSize& block, unsigned threads,
+                                          Payload& payload, std::vector<std::uint64_t>& ends) {
   return LevelEncoder(level, edge, block, threads).encode(payload, ends);
 }
 

@@ -1,5 +1,5 @@
-// Neuroglancer's compressed_segmentation as a codec: chunks of labels, each a public stream, each label four
-// reads away.
+// Neuroglancer's compressed_segmentation as a codec: chunks of labels, each a public stream, each
+// label four reads away.
 #pragma once
 
 #include "codecs/codec.hpp"

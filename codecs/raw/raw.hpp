@@ -1,4 +1,5 @@
-// `raw`: the voxels as they are. The reference of every table, and the plain array read of the random-access stage.
+// `raw`: the voxels as they are. The reference of every table, and the plain array read of the
+// random-access stage.
 #pragma once
 
 #include "codecs/codec.hpp"

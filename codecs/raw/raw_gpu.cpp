@@ -18,7 +18,8 @@ namespace {
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;  // voxels narrowed at a time
 
 /// Appends a level from a whole word on; u64 as u32 where `narrow`.
-void append_level(const VolumeInfo& info, const std::byte* voxels, bool narrow, unsigned threads, Buffer& out) {
+void append_level(const VolumeInfo& info, const std::byte* voxels, bool narrow, unsigned threads,
+                  Buffer& out) {
   const std::uint64_t count = info.extent.voxels();
   const std::uint64_t bytes = narrow ? 4 * count : info.bytes();
   const std::size_t at = out.size();
@@ -31,18 +32,21 @@ void append_level(const VolumeInfo& info, const std::byte* voxels, bool narrow, 
       std::memcpy(out.data() + at + first * voxel, voxels + first * voxel, n * voxel);
       return;
     }
-    for (std::uint64_t k = first; k < first + n; ++k) std::memcpy(out.data() + at + 4 * k, voxels + 8 * k, 4);
+    for (std::uint64_t k = first; k < first + n; ++k)
+      std::memcpy(out.data() + at + 4 * k, voxels + 8 * k, 4);
   });
 }
 
 }  // namespace
 
-Expected<GpuEncoding> gpu_encoding(const VolumeInfo& info, const std::byte* voxels, std::uint32_t brick, unsigned threads) {
+Expected<GpuEncoding> gpu_encoding(const VolumeInfo& info, const std::byte* voxels,
+                                   std::uint32_t brick, unsigned threads) {
   if (info.kind != VolumeKind::kLabels || !volumes::is_label_type(info.type)) {
     return fail(ErrorCode::kUnsupported, "only labels have a decoder for the GPU");
   }
   if (!is_brick_edge(brick)) {
-    return fail(ErrorCode::kBadArgument, fmt::format("brick edge: expected a power of two, 2..64, found {}", brick));
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("brick edge: expected a power of two, 2..64, found {}", brick));
   }
   Buffer aligned;
   if (reinterpret_cast<std::uintptr_t>(voxels) % alignof(std::uint64_t) != 0) {
@@ -60,13 +64,16 @@ Expected<GpuEncoding> gpu_encoding(const VolumeInfo& info, const std::byte* voxe
   encoding.brick = brick;
   encoding.levels = static_cast<unsigned>(std::countr_zero(brick)) + 1;
   encoding.voxel_access = true;
-  encoding.constants = {{"CVR_RAW_BITS", narrow ? 32u : static_cast<std::uint32_t>(8 * size_of(info.type))}};
+  encoding.constants = {
+      {"CVR_RAW_BITS", narrow ? 32u : static_cast<std::uint32_t>(8 * size_of(info.type))}};
 
   auto all = std::make_shared<Buffer>();
   ByteWriter table;
   Volume level;
   for (unsigned lod = 0; lod < encoding.levels; ++lod) {
-    if (lod > 0) level = volumes::coarser_level(lod == 1 ? volumes::MemorySource(info, voxels) : volumes::MemorySource(level), threads);
+    if (lod > 0)
+      level = volumes::coarser_level(
+          lod == 1 ? volumes::MemorySource(info, voxels) : volumes::MemorySource(level), threads);
     const VolumeInfo& level_info = lod == 0 ? info : level.info();
     table.put(std::uint64_t{all->size() / 4});
     table.put(static_cast<std::uint32_t>(level_info.extent.x));
@@ -82,14 +89,25 @@ Expected<GpuEncoding> gpu_encoding(const VolumeInfo& info, const std::byte* voxe
 }
 
 Expected<GpuSamples> gpu_samples(const VolumeInfo& info, const std::byte* voxels) {
-  if (info.kind != VolumeKind::kScalars) return fail(ErrorCode::kUnsupported, "labels are not samples");
+  if (info.kind != VolumeKind::kScalars)
+    return fail(ErrorCode::kUnsupported, "labels are not samples");
   std::uint32_t type = 0;
   switch (info.type) {
-    case VoxelType::kU8: type = 0; break;
-    case VoxelType::kU16: type = 1; break;
-    case VoxelType::kI16: type = 2; break;
-    case VoxelType::kF32: type = 3; break;
-    default: return fail(ErrorCode::kUnsupported, fmt::format("no samples of type {} on the GPU", name_of(info.type)));
+    case VoxelType::kU8:
+      type = 0;
+      break;
+    case VoxelType::kU16:
+      type = 1;
+      break;
+    case VoxelType::kI16:
+      type = 2;
+      break;
+    case VoxelType::kF32:
+      type = 3;
+      break;
+    default:
+      return fail(ErrorCode::kUnsupported,
+                  fmt::format("no samples of type {} on the GPU", name_of(info.type)));
   }
   auto words = std::make_shared<Buffer>((info.bytes() + 3) / 4 * 4);
   std::memset(words->data() + words->size() - 4, 0, 4);

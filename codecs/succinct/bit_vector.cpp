@@ -16,7 +16,9 @@ void for_each_entry(std::uint32_t bits, Word&& word, Entry&& entry) {
     std::uint64_t value = ones;
     std::uint64_t in_block = 0;
     for (std::uint32_t i = 0; i < kWords; ++i) {
-      if (i > 0 && i % 4 == 0) value |= in_block << (FlatRankLayout::kFirstCountBits + FlatRankLayout::kCountBits * (i / 4 - 1));
+      if (i > 0 && i % 4 == 0)
+        value |= in_block << (FlatRankLayout::kFirstCountBits +
+                              FlatRankLayout::kCountBits * (i / 4 - 1));
       const std::uint32_t at = block * kWords + i;
       if (at < count) in_block += static_cast<std::uint64_t>(std::popcount(word(at)));
     }
@@ -33,7 +35,8 @@ std::uint64_t load64(const std::uint32_t* words, std::uint32_t i) {
 
 }  // namespace
 
-void append_flat_rank(std::span<const std::uint64_t> words, std::uint32_t bits, std::vector<std::uint32_t>& out) {
+void append_flat_rank(std::span<const std::uint64_t> words, std::uint32_t bits,
+                      std::vector<std::uint32_t>& out) {
   for_each_entry(
       bits, [&](std::uint32_t i) { return words[i]; },
       [&](std::uint32_t, std::uint64_t value) {

@@ -1,4 +1,5 @@
-// Building and checking the bit vectors that shaders/shared/bit_vector.glsl reads: 64-bit words, flat rank of 1280-bit blocks.
+// Building and checking the bit vectors that shaders/shared/bit_vector.glsl reads: 64-bit words,
+// flat rank of 1280-bit blocks.
 #pragma once
 
 #include <bit>
@@ -16,11 +17,13 @@ struct FlatRankLayout {
   static constexpr std::uint32_t kBlockBits = 1280;     ///< one entry each
   static constexpr std::uint32_t kSubBlockBits = 256;   ///< five a block
   static constexpr std::uint32_t kFirstCountBits = 20;  ///< ones before the block
-  static constexpr std::uint32_t kCountBits = 11;       ///< ones of the block before sub-blocks 1..4
+  static constexpr std::uint32_t kCountBits = 11;  ///< ones of the block before sub-blocks 1..4
 };
 
 /// Entries of a flat rank over `bits` bits: rank(bits) is legal.
-constexpr std::uint32_t flat_rank_entries(std::uint32_t bits) { return bits / FlatRankLayout::kBlockBits + 1; }
+constexpr std::uint32_t flat_rank_entries(std::uint32_t bits) {
+  return bits / FlatRankLayout::kBlockBits + 1;
+}
 constexpr std::uint32_t words64(std::uint32_t bits) { return (bits + 63) / 64; }
 
 /// The bits of `value` at the set bits of `mask`, moved together.
@@ -29,7 +32,8 @@ inline std::uint64_t extract_bits(std::uint64_t value, std::uint64_t mask) {
   return _pext_u64(value, mask);
 #else
   std::uint64_t result = 0;
-  for (unsigned i = 0; mask != 0; mask &= mask - 1, ++i) result |= (value >> std::countr_zero(mask) & 1) << i;
+  for (unsigned i = 0; mask != 0; mask &= mask - 1, ++i)
+    result |= (value >> std::countr_zero(mask) & 1) << i;
   return result;
 #endif
 }
@@ -81,12 +85,14 @@ class BitAppender {
 };
 
 /// Appends the flat rank of a bit vector, as 32-bit words.
-void append_flat_rank(std::span<const std::uint64_t> words, std::uint32_t bits, std::vector<std::uint32_t>& out);
+void append_flat_rank(std::span<const std::uint64_t> words, std::uint32_t bits,
+                      std::vector<std::uint32_t>& out);
 
 /// Appends the bits as 32-bit words, two for each 64-bit word.
 void append_words(std::span<const std::uint64_t> words, std::vector<std::uint32_t>& out);
 
-/// Whether `rank` (2 x flat_rank_entries(bits) words) is the flat rank of the bits at `words` (2 x words64(bits) words).
+/// Whether `rank` (2 x flat_rank_entries(bits) words) is the flat rank of the bits at `words` (2 x
+/// words64(bits) words).
 bool check_flat_rank(const std::uint32_t* words, std::uint32_t bits, const std::uint32_t* rank);
 
 }  // namespace cvr::codecs::succinct

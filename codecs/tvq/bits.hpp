@@ -1,4 +1,5 @@
-// Bits of DC and of the codes of all books: by a rate, from what books of every size lose and cost, or as they are given.
+// Bits of DC and of the codes of all books: by a rate, from what books of every size lose and cost,
+// or as they are given.
 #pragma once
 
 #include <array>
@@ -23,9 +24,11 @@ struct Bits {
   double active_error = 0;  ///< the same over the blocks that have more than DC
 };
 
-/// By `options.rate`, or as `options.bits` gives them. `means` and `candidates`: of all blocks or of a sample that stands for `blocks`;
-/// `budget`: bits of the planes of all blocks and of the books together.
-Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means, std::span<const Candidate> candidates,
-              double blocks, double budget, const Options& options, unsigned threads);
+/// By `options.rate`, or as `options.bits` gives them. `means` and `candidates`: of all blocks or
+/// of a sample that stands for `blocks`; `budget`: bits of the planes of all blocks and of the
+/// books together.
+Bits allocate(const Scheme& scheme, const Domain& domain, std::span<const double> means,
+              std::span<const Candidate> candidates, double blocks, double budget,
+              const Options& options, unsigned threads);
 
 }  // namespace cvr::codecs::tvq

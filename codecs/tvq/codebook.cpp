@@ -15,10 +15,12 @@ namespace {
 
 constexpr std::uint64_t kChunk = 1024;  // vectors that one worker takes at a time
 
-/// The code vectors eight abreast: group g holds, dimension by dimension, the vectors 8g..8g+7; the scores of absent ones are infinite.
+/// The code vectors eight abreast: group g holds, dimension by dimension, the vectors 8g..8g+7; the
+/// scores of absent ones are infinite.
 class Groups {
  public:
-  explicit Groups(const CodeVectors& book) : dimensions_(book.dimensions), count_((book.size() + 2 * kLanes - 1) / (2 * kLanes) * 2) {
+  explicit Groups(const CodeVectors& book)
+      : dimensions_(book.dimensions), count_((book.size() + 2 * kLanes - 1) / (2 * kLanes) * 2) {
     values_.assign(std::size_t{count_} * dimensions_ * kLanes, 0.0f);
     half_norms_.assign(std::size_t{count_} * kLanes, std::numeric_limits<float>::infinity());
     for (std::uint32_t k = 0; k < book.size(); ++k) {
@@ -67,7 +69,9 @@ class Groups {
     for (unsigned v = 0; v < kAbreast; ++v) {
       unsigned lane = 0;
       for (unsigned l = 1; l < kLanes; ++l) {
-        if (best[v][l] < best[v][lane] || (best[v][l] == best[v][lane] && index[v][l] < index[v][lane])) lane = l;
+        if (best[v][l] < best[v][lane] ||
+            (best[v][l] == best[v][lane] && index[v][l] < index[v][lane]))
+          lane = l;
       }
       codes[v] = static_cast<std::uint16_t>(index[v][lane]);
     }
@@ -84,11 +88,13 @@ struct Cells {
   std::vector<std::uint64_t> begin;  ///< cells + 1
   std::vector<std::uint32_t> members;
 
-  Cells(std::span<const std::uint16_t> codes, std::uint32_t cells) : begin(cells + 1), members(codes.size()) {
+  Cells(std::span<const std::uint16_t> codes, std::uint32_t cells)
+      : begin(cells + 1), members(codes.size()) {
     for (const std::uint16_t code : codes) ++begin[code + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::uint64_t> at(begin.begin(), begin.end() - 1);
-    for (std::size_t n = 0; n < codes.size(); ++n) members[at[codes[n]]++] = static_cast<std::uint32_t>(n);
+    for (std::size_t n = 0; n < codes.size(); ++n)
+      members[at[codes[n]]++] = static_cast<std::uint32_t>(n);
   }
   std::span<const std::uint32_t> of(std::uint32_t cell) const {
     return std::span(members).subspan(begin[cell], begin[cell + 1] - begin[cell]);
@@ -104,8 +110,10 @@ std::vector<double> mean_of(const Vectors& vectors, std::span<const std::uint32_
   return mean;
 }
 
-/// Gives code vectors without members to the cells that need them most. Returns whether there was distortion left for all of them.
-bool fill_empty_cells(CodeVectors& book, const Vectors& vectors, const Cells& cells, std::uint32_t fixed, unsigned threads) {
+/// Gives code vectors without members to the cells that need them most. Returns whether there was
+/// distortion left for all of them.
+bool fill_empty_cells(CodeVectors& book, const Vectors& vectors, const Cells& cells,
+                      std::uint32_t fixed, unsigned threads) {
   std::vector<std::uint32_t> empty;
   for (std::uint32_t k = fixed; k < book.size(); ++k) {
     if (cells.of(k).empty()) empty.push_back(k);
@@ -117,17 +125,22 @@ bool fill_empty_cells(CodeVectors& book, const Vectors& vectors, const Cells& ce
   };
   std::vector<Donor> donors(book.size());
   volumes::parallel_for(threads, (book.size() + 63) / 64, [&](unsigned, std::uint64_t chunk) {
-    for (std::uint64_t k = chunk * 64; k < std::min<std::uint64_t>(book.size(), chunk * 64 + 64); ++k) {
+    for (std::uint64_t k = chunk * 64; k < std::min<std::uint64_t>(book.size(), chunk * 64 + 64);
+         ++k) {
       for (const std::uint32_t n : cells.of(static_cast<std::uint32_t>(k))) {
-        const double distance = squared_distance(vectors[n], book[static_cast<std::uint32_t>(k)], book.dimensions);
+        const double distance =
+            squared_distance(vectors[n], book[static_cast<std::uint32_t>(k)], book.dimensions);
         donors[k].distortion += distance;
-        if (distance > donors[k].farthest_distance) donors[k].farthest_distance = distance, donors[k].farthest = n;
+        if (distance > donors[k].farthest_distance)
+          donors[k].farthest_distance = distance, donors[k].farthest = n;
       }
     }
   });
   std::vector<std::uint32_t> order(book.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, [&](std::uint32_t a, std::uint32_t b) { return donors[a].distortion > donors[b].distortion; });
+  std::ranges::stable_sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    return donors[a].distortion > donors[b].distortion;
+  });
   std::size_t next = 0;
   for (const std::uint32_t k : empty) {
     if (next == order.size() || !(donors[order[next]].distortion > 0)) return next > 0;
@@ -176,15 +189,19 @@ CodeVectors scalar_codebook(const Vectors& vectors, std::uint32_t size) {
   const unsigned d = vectors.dimensions;
   std::vector<double> variance(d, 0.0);
   for (std::uint64_t n = 0; n < vectors.count; ++n) {
-    for (unsigned j = 0; j < d; ++j) variance[j] += static_cast<double>(vectors[n][j]) * static_cast<double>(vectors[n][j]);
+    for (unsigned j = 0; j < d; ++j)
+      variance[j] += static_cast<double>(vectors[n][j]) * static_cast<double>(vectors[n][j]);
   }
-  // A level more where the variance that it would still have is the largest, as long as the grid fits.
+  // A level more where the variance that it would still have is the largest, as long as the grid
+  // fits.
   std::vector<std::uint32_t> levels(d, 1);
   for (std::uint64_t product = 1;;) {
     unsigned best = d;
     for (unsigned j = 0; j < d; ++j) {
       if (product / levels[j] * (levels[j] + 1) > size || !(variance[j] > 0)) continue;
-      const auto left = [&](unsigned i) { return variance[i] / (static_cast<double>(levels[i]) * levels[i]); };
+      const auto left = [&](unsigned i) {
+        return variance[i] / (static_cast<double>(levels[i]) * levels[i]);
+      };
       if (best == d || left(j) > left(best)) best = j;
     }
     if (best == d) break;
@@ -206,10 +223,11 @@ CodeVectors scalar_codebook(const Vectors& vectors, std::uint32_t size) {
   return book;
 }
 
-/// Merges the pair whose union adds the least distortion until `size` are left. Each keeps its nearest partner; a merge renews the
-/// partners that it takes away.
+/// Merges the pair whose union adds the least distortion until `size` are left. Each keeps its
+/// nearest partner; a merge renews the partners that it takes away.
 CodeVectors pnn_codebook(const Vectors& vectors, std::uint32_t size) {
-  const auto most = static_cast<std::uint32_t>(std::min<std::uint64_t>({vectors.count, std::max<std::uint64_t>(8 * size, 64), 4096}));
+  const auto most = static_cast<std::uint32_t>(
+      std::min<std::uint64_t>({vectors.count, std::max<std::uint64_t>(8 * size, 64), 4096}));
   const unsigned d = vectors.dimensions;
   struct Cluster {
     double weight = 1;
@@ -229,8 +247,10 @@ CodeVectors pnn_codebook(const Vectors& vectors, std::uint32_t size) {
       if (b == a) continue;
       double distance = 0;
       for (unsigned j = 0; j < d; ++j)
-        distance += (cluster.centre[j] - clusters[b].centre[j]) * (cluster.centre[j] - clusters[b].centre[j]);
-      const double cost = cluster.weight * clusters[b].weight / (cluster.weight + clusters[b].weight) * distance;
+        distance += (cluster.centre[j] - clusters[b].centre[j]) *
+                    (cluster.centre[j] - clusters[b].centre[j]);
+      const double cost =
+          cluster.weight * clusters[b].weight / (cluster.weight + clusters[b].weight) * distance;
       if (cost < cluster.cost) cluster.cost = cost, cluster.partner = b;
     }
   };
@@ -244,7 +264,9 @@ CodeVectors pnn_codebook(const Vectors& vectors, std::uint32_t size) {
     if (b < a) std::swap(a, b);
     const double weight = clusters[a].weight + clusters[b].weight;
     for (unsigned j = 0; j < d; ++j) {
-      clusters[a].centre[j] = (clusters[a].weight * clusters[a].centre[j] + clusters[b].weight * clusters[b].centre[j]) / weight;
+      clusters[a].centre[j] = (clusters[a].weight * clusters[a].centre[j] +
+                               clusters[b].weight * clusters[b].centre[j]) /
+                              weight;
     }
     clusters[a].weight = weight;
     const std::size_t last = clusters.size() - 1;
@@ -284,21 +306,26 @@ double squared_distance(const float* a, const float* b, unsigned dimensions) {
   return sum;
 }
 
-void find_nearest(const CodeVectors& book, const Vectors& vectors, std::span<std::uint16_t> codes, unsigned threads) {
+void find_nearest(const CodeVectors& book, const Vectors& vectors, std::span<std::uint16_t> codes,
+                  unsigned threads) {
   const Groups groups(book);
-  volumes::parallel_for(threads, (vectors.count + kChunk - 1) / kChunk, [&](unsigned, std::uint64_t chunk) {
-    const std::uint64_t end = std::min(vectors.count, (chunk + 1) * kChunk);
-    for (std::uint64_t n = chunk * kChunk; n < end; n += Groups::kAbreast) {
-      const float* x[Groups::kAbreast];
-      std::uint16_t found[Groups::kAbreast];
-      for (unsigned v = 0; v < Groups::kAbreast; ++v) x[v] = vectors[std::min(n + v, end - 1)];
-      groups.nearest(x, found);
-      for (unsigned v = 0; v < Groups::kAbreast && n + v < end; ++v) codes[n + v] = found[v];
-    }
-  });
+  volumes::parallel_for(threads, (vectors.count + kChunk - 1) / kChunk,
+                        [&](unsigned, std::uint64_t chunk) {
+                          const std::uint64_t end = std::min(vectors.count, (chunk + 1) * kChunk);
+                          for (std::uint64_t n = chunk * kChunk; n < end; n += Groups::kAbreast) {
+                            const float* x[Groups::kAbreast];
+                            std::uint16_t found[Groups::kAbreast];
+                            for (unsigned v = 0; v < Groups::kAbreast; ++v)
+                              x[v] = vectors[std::min(n + v, end - 1)];
+                            groups.nearest(x, found);
+                            for (unsigned v = 0; v < Groups::kAbreast && n + v < end; ++v)
+                              codes[n + v] = found[v];
+                          }
+                        });
 }
 
-double total_distortion(const CodeVectors& book, const Vectors& vectors, std::span<const std::uint16_t> codes, unsigned threads) {
+double total_distortion(const CodeVectors& book, const Vectors& vectors,
+                        std::span<const std::uint16_t> codes, unsigned threads) {
   std::vector<double> partial((vectors.count + kChunk - 1) / kChunk, 0.0);
   volumes::parallel_for(threads, partial.size(), [&](unsigned, std::uint64_t chunk) {
     for (std::uint64_t n = chunk * kChunk; n < std::min(vectors.count, (chunk + 1) * kChunk); ++n) {
@@ -308,18 +335,21 @@ double total_distortion(const CodeVectors& book, const Vectors& vectors, std::sp
   return std::accumulate(partial.begin(), partial.end(), 0.0);
 }
 
-std::vector<double> refine(CodeVectors& book, const Vectors& vectors, const LbgOptions& options, unsigned threads) {
+std::vector<double> refine(CodeVectors& book, const Vectors& vectors, const LbgOptions& options,
+                           unsigned threads) {
   std::vector<double> history;
   std::vector<std::uint16_t> codes(vectors.count);
   CodeVectors best = book;
   for (unsigned pass = 0; pass <= options.iterations && vectors.count > 0; ++pass) {
     find_nearest(book, vectors, codes, threads);
     const double distortion = total_distortion(book, vectors, codes, threads);
-    if (!history.empty() && distortion > history.back()) {  // rounding alone can do this, at the end
+    if (!history.empty() &&
+        distortion > history.back()) {  // rounding alone can do this, at the end
       book = std::move(best);
       return history;
     }
-    const bool settled = !history.empty() && history.back() - distortion <= options.tolerance * history.back();
+    const bool settled =
+        !history.empty() && history.back() - distortion <= options.tolerance * history.back();
     history.push_back(distortion);
     const Cells cells(codes, book.size());
     if (distortion == 0) {
@@ -329,20 +359,23 @@ std::vector<double> refine(CodeVectors& book, const Vectors& vectors, const LbgO
     if (pass == options.iterations || settled) break;
     best = book;
     volumes::parallel_for(threads, (book.size() + 63) / 64, [&](unsigned, std::uint64_t chunk) {
-      for (std::uint64_t k = std::max<std::uint64_t>(chunk * 64, options.fixed); k < std::min<std::uint64_t>(book.size(), chunk * 64 + 64);
-           ++k) {
+      for (std::uint64_t k = std::max<std::uint64_t>(chunk * 64, options.fixed);
+           k < std::min<std::uint64_t>(book.size(), chunk * 64 + 64); ++k) {
         const auto members = cells.of(static_cast<std::uint32_t>(k));
         if (members.empty()) continue;
         const std::vector<double> mean = mean_of(vectors, members);
-        std::ranges::transform(mean, book[static_cast<std::uint32_t>(k)], [](double m) { return static_cast<float>(m); });
+        std::ranges::transform(mean, book[static_cast<std::uint32_t>(k)],
+                               [](double m) { return static_cast<float>(m); });
       }
     });
-    if (!fill_empty_cells(book, vectors, cells, options.fixed, threads)) drop_empty_cells(book, cells, options.fixed);
+    if (!fill_empty_cells(book, vectors, cells, options.fixed, threads))
+      drop_empty_cells(book, cells, options.fixed);
   }
   return history;
 }
 
-SplitTree::SplitTree(const Vectors& vectors, std::uint32_t leaves) : dimensions_(vectors.dimensions) {
+SplitTree::SplitTree(const Vectors& vectors, std::uint32_t leaves)
+    : dimensions_(vectors.dimensions) {
   const unsigned d = dimensions_;
   struct Leaf {
     std::uint64_t begin, end;
@@ -362,7 +395,9 @@ SplitTree::SplitTree(const Vectors& vectors, std::uint32_t leaves) : dimensions_
     }
     return leaf;
   };
-  const auto rounded = [](const std::vector<double>& centre) { return std::vector<float>(centre.begin(), centre.end()); };
+  const auto rounded = [](const std::vector<double>& centre) {
+    return std::vector<float>(centre.begin(), centre.end());
+  };
   std::vector<Leaf> current;
   current.push_back(make_leaf(0, vectors.count));
   root_ = rounded(current[0].centre);
@@ -395,8 +430,10 @@ SplitTree::SplitTree(const Vectors& vectors, std::uint32_t leaves) : dimensions_
       if (!(length > 0)) break;
       for (const std::uint32_t n : members) {
         double along = 0;
-        for (unsigned j = 0; j < d; ++j) along += (static_cast<double>(vectors[n][j]) - leaf.centre[j]) * (axis[j] / length);
-        for (unsigned j = 0; j < d; ++j) next[j] += along * (static_cast<double>(vectors[n][j]) - leaf.centre[j]);
+        for (unsigned j = 0; j < d; ++j)
+          along += (static_cast<double>(vectors[n][j]) - leaf.centre[j]) * (axis[j] / length);
+        for (unsigned j = 0; j < d; ++j)
+          next[j] += along * (static_cast<double>(vectors[n][j]) - leaf.centre[j]);
       }
       if (std::ranges::all_of(next, [](double v) { return v == 0; })) break;
       axis = next;
@@ -405,7 +442,8 @@ SplitTree::SplitTree(const Vectors& vectors, std::uint32_t leaves) : dimensions_
     std::uint64_t kept = leaf.begin;
     for (const std::uint32_t n : members) {
       double along = 0;
-      for (unsigned j = 0; j < d; ++j) along += (static_cast<double>(vectors[n][j]) - leaf.centre[j]) * axis[j];
+      for (unsigned j = 0; j < d; ++j)
+        along += (static_cast<double>(vectors[n][j]) - leaf.centre[j]) * axis[j];
       if (along > 0) {
         rest.push_back(n);
       } else {
@@ -432,7 +470,8 @@ CodeVectors SplitTree::codebook(std::uint32_t count) const {
   return book;
 }
 
-CodeVectors initial_codebook(Initialisation how, const Vectors& vectors, std::uint32_t size, std::uint64_t seed) {
+CodeVectors initial_codebook(Initialisation how, const Vectors& vectors, std::uint32_t size,
+                             std::uint64_t seed) {
   switch (how) {
     case Initialisation::kRandom:
       return random_codebook(vectors, size, seed);

@@ -1,8 +1,8 @@
-// Vector quantisation: nearest code vectors, the LBG iteration, and the ways to begin it (Linde, Buzo & Gray 1980; Equitz 1989; the
-// principal-axis splits of Schneider & Westermann 2003).
+// Vector quantisation: nearest code vectors, the LBG iteration, and the ways to begin it (Linde,
+// Buzo & Gray 1980; Equitz 1989; the principal-axis splits of Schneider & Westermann 2003).
 //
-// Everything here gives the same bits for any number of threads: sums run over the members of a cell in their order, in double
-// precision, and of equals the first is taken.
+// Everything here gives the same bits for any number of threads: sums run over the members of a
+// cell in their order, in double precision, and of equals the first is taken.
 #pragma once
 
 #include <cstdint>
@@ -27,22 +27,28 @@ struct CodeVectors {
   std::vector<float> values;
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(values.size() / dimensions); }
-  const float* operator[](std::uint32_t k) const { return values.data() + std::size_t{k} * dimensions; }
+  const float* operator[](std::uint32_t k) const {
+    return values.data() + std::size_t{k} * dimensions;
+  }
   float* operator[](std::uint32_t k) { return values.data() + std::size_t{k} * dimensions; }
   void append(const float* vector) { values.insert(values.end(), vector, vector + dimensions); }
   /// The first `count` of them.
   void resize(std::uint32_t count) { values.resize(std::size_t{count} * dimensions); }
 };
 
-/// A well mixed number of each number (splitmix64): what is random here is so by its place and a seed.
+/// A well mixed number of each number (splitmix64): what is random here is so by its place and a
+/// seed.
 std::uint64_t mix(std::uint64_t x);
 
 double squared_distance(const float* a, const float* b, unsigned dimensions);
 
-/// codes[n] = the code vector nearest to vectors[n]; of equals the lowest. Compares |c|^2 / 2 - x c.
-void find_nearest(const CodeVectors& book, const Vectors& vectors, std::span<std::uint16_t> codes, unsigned threads);
+/// codes[n] = the code vector nearest to vectors[n]; of equals the lowest. Compares |c|^2 / 2 - x
+/// c.
+void find_nearest(const CodeVectors& book, const Vectors& vectors, std::span<std::uint16_t> codes,
+                  unsigned threads);
 /// Sum of the squared distances of vectors from their code vectors.
-double total_distortion(const CodeVectors& book, const Vectors& vectors, std::span<const std::uint16_t> codes, unsigned threads);
+double total_distortion(const CodeVectors& book, const Vectors& vectors,
+                        std::span<const std::uint16_t> codes, unsigned threads);
 
 struct LbgOptions {
   unsigned iterations = 10;
@@ -50,13 +56,16 @@ struct LbgOptions {
   std::uint32_t fixed = 0;  ///< the first code vectors stay as they are
 };
 
-/// Lloyd's iteration from the vectors in `book`. An empty cell's code vector moves onto the member that is farthest from its code
-/// vector in the cell of the largest distortion; where all distortion is gone, code vectors without members are dropped and the book
-/// shrinks. Returns the distortion after each assignment, which never rises.
-std::vector<double> refine(CodeVectors& book, const Vectors& vectors, const LbgOptions& options, unsigned threads);
+/// Lloyd's iteration from the vectors in `book`. An empty cell's code vector moves onto the member
+/// that is farthest from its code vector in the cell of the largest distortion; where all
+/// distortion is gone, code vectors without members are dropped and the book shrinks. Returns the
+/// distortion after each assignment, which never rises.
+std::vector<double> refine(CodeVectors& book, const Vectors& vectors, const LbgOptions& options,
+                           unsigned threads);
 
-/// A tree of cells, each cut through its centroid across its principal axis, the cell of the largest distortion first. The leaves after
-/// any number of cuts are a codebook, so one run serves all sizes.
+/// A tree of cells, each cut through its centroid across its principal axis, the cell of the
+/// largest distortion first. The leaves after any number of cuts are a codebook, so one run serves
+/// all sizes.
 class SplitTree {
  public:
   SplitTree(const Vectors& vectors, std::uint32_t leaves);
@@ -83,6 +92,7 @@ enum class Initialisation : std::uint8_t {
 };
 
 /// At most `size` >= 1 code vectors to begin with. `vectors` must not be empty.
-CodeVectors initial_codebook(Initialisation how, const Vectors& vectors, std::uint32_t size, std::uint64_t seed);
+CodeVectors initial_codebook(Initialisation how, const Vectors& vectors, std::uint32_t size,
+                             std::uint64_t seed);
 
 }  // namespace cvr::codecs::tvq

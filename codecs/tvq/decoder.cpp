@@ -1,5 +1,6 @@
-// The decoder. All ways lead through one image of rows, books and records (shaders/shared/tvq.glsl): single voxels through the text
-// that a GPU runs, whole levels block by block from books that are multiplied by their scale beforehand.
+// The decoder. All ways lead through one image of rows, books and records
+// (shaders/shared/tvq.glsl): single voxels through the text that a GPU runs, whole levels block by
+// block from books that are multiplied by their scale beforehand.
 #include "codecs/tvq/decoder.hpp"
 
 #include <fmt/format.h>
@@ -35,13 +36,15 @@ std::uint32_t append_book(std::vector<std::uint32_t>& words, const Book& book) {
   const std::uint32_t mask = book.entry_bytes == 1 ? 0xffu : 0xffffu;
   words.resize(first + (book.entries.size() + per_word - 1) / per_word, 0);
   for (std::size_t i = 0; i < book.entries.size(); ++i) {
-    words[first + i / per_word] |= (static_cast<std::uint32_t>(book.entries[i]) & mask) << (i % per_word * bits);
+    words[first + i / per_word] |= (static_cast<std::uint32_t>(book.entries[i]) & mask)
+                                   << (i % per_word * bits);
   }
   return static_cast<std::uint32_t>(first);
 }
 
 /// Rows, books and records; nothing if it does not fit 32-bit addresses of words.
-std::optional<std::vector<std::uint32_t>> make_image(const Scheme& scheme, const Encoding& encoding) {
+std::optional<std::vector<std::uint32_t>> make_image(const Scheme& scheme,
+                                                     const Encoding& encoding) {
   const DeviceBytes bytes = device_bytes(scheme, encoding);
   if (bytes.total() / 4 + encoding.parts.size() * (kRow + 8) > 0xfffffff0u) return std::nullopt;
   std::vector<std::uint32_t> words(encoding.parts.size() * kRow, 0);
@@ -99,13 +102,20 @@ std::optional<std::vector<std::uint32_t>> make_image(const Scheme& scheme, const
 shaders::TvqDomain shader_domain(const Domain& domain) {
   // Halves of the exponent, so that neither factor is a denormal or infinite.
   const int exponent = domain.exponent - static_cast<int>(domain.fraction), half = exponent / 2;
-  return {domain.fraction, domain.zero, domain.low, domain.high, domain.offset, std::ldexp(1.0f, half), std::ldexp(1.0f, exponent - half)};
+  return {domain.fraction,
+          domain.zero,
+          domain.low,
+          domain.high,
+          domain.offset,
+          std::ldexp(1.0f, half),
+          std::ldexp(1.0f, exponent - half)};
 }
 
 /// Reads the fields of one record.
 class Record {
  public:
-  Record(const std::uint32_t* words, std::uint64_t bit) : words_(words + (bit >> 5)), bit_(static_cast<unsigned>(bit & 31)) {}
+  Record(const std::uint32_t* words, std::uint64_t bit)
+      : words_(words + (bit >> 5)), bit_(static_cast<unsigned>(bit & 31)) {}
   std::uint32_t next(unsigned width) {
     std::uint64_t pair;
     std::memcpy(&pair, words_ + (bit_ >> 5), sizeof pair);
@@ -122,14 +132,18 @@ class Record {
 /// Adds up one block. Books that are not there point to zeros.
 template <class T>
 inline void add_block(T dc, const T* a, const T* b, const T* c, T* sums) {
-  for (unsigned i = 0; i < kBlockVoxels; ++i) sums[i] = static_cast<T>(static_cast<T>(dc + a[i]) + static_cast<T>(b[i] + c[i]));
+  for (unsigned i = 0; i < kBlockVoxels; ++i)
+    sums[i] = static_cast<T>(static_cast<T>(dc + a[i]) + static_cast<T>(b[i] + c[i]));
 }
 
-inline void finish_block(const shaders::TvqDomain& domain, const std::int16_t* sums, std::uint8_t* voxels) {
+inline void finish_block(const shaders::TvqDomain& domain, const std::int16_t* sums,
+                         std::uint8_t* voxels) {
 #ifdef CVR_TVQ_AVX2
   const auto half = static_cast<short>(1u << domain.fraction >> 1);
-  const __m256i rounding = _mm256_set1_epi16(half), zero = _mm256_set1_epi16(static_cast<short>(domain.zero));
-  const __m256i low = _mm256_set1_epi16(static_cast<short>(domain.low)), high = _mm256_set1_epi16(static_cast<short>(domain.high));
+  const __m256i rounding = _mm256_set1_epi16(half),
+                zero = _mm256_set1_epi16(static_cast<short>(domain.zero));
+  const __m256i low = _mm256_set1_epi16(static_cast<short>(domain.low)),
+                high = _mm256_set1_epi16(static_cast<short>(domain.high));
   const __m128i shift = _mm_cvtsi32_si128(static_cast<int>(domain.fraction));
   const auto value = [&](unsigned i) {
     const __m256i sum = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(sums + i));
@@ -138,10 +152,12 @@ inline void finish_block(const shaders::TvqDomain& domain, const std::int16_t* s
   };
   for (unsigned i = 0; i < kBlockVoxels; i += 32) {
     const __m256i packed = _mm256_packus_epi16(value(i), value(i + 16));
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(voxels + i), _mm256_permute4x64_epi64(packed, 0xd8));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(voxels + i),
+                        _mm256_permute4x64_epi64(packed, 0xd8));
   }
 #else
-  for (unsigned i = 0; i < kBlockVoxels; ++i) voxels[i] = static_cast<std::uint8_t>(shaders::cvr_tvq_integer(domain, sums[i]));
+  for (unsigned i = 0; i < kBlockVoxels; ++i)
+    voxels[i] = static_cast<std::uint8_t>(shaders::cvr_tvq_integer(domain, sums[i]));
 #endif
 }
 template <class T>
@@ -157,8 +173,8 @@ inline void finish_block(const shaders::TvqDomain& domain, const std::int32_t* s
 
 class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public ProgressiveAccess {
  public:
-  BlockDecoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding, std::vector<std::uint32_t> words,
-               const StepBytes& steps)
+  BlockDecoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding,
+               std::vector<std::uint32_t> words, const StepBytes& steps)
       : scheme_(scheme),
         info_(info),
         domain_(shader_domain(encoding.domain)),
@@ -173,7 +189,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     std::int64_t largest = 0;  // of any sum, with its rounding
     for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
       const SubVolume& part = encoding.parts[i];
-      const std::int64_t first = part.dc_base, last = first + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
+      const std::int64_t first = part.dc_base,
+                         last = first + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
       std::int64_t sum = std::max(std::abs(first), std::abs(last));
       for (unsigned p = 0; p < scheme.books; ++p) {
         const Book& book = encoding.books_of(i).books[p];
@@ -185,7 +202,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
       blocks_.push_back(part.blocks);
     }
     narrow_ = info.type == VoxelType::kU8 && largest + (1 << domain_.fraction) <= 32767;
-    for (std::uint64_t b = 0, run = 0; run < exceptions_.size(); b += exceptions_[run++].count) exception_at_.push_back(b);
+    for (std::uint64_t b = 0, run = 0; run < exceptions_.size(); b += exceptions_[run++].count)
+      exception_at_.push_back(b);
     if (narrow_) {
       make_tables(encoding, narrow_tables_);
     } else {
@@ -194,24 +212,29 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   }
 
   const VoxelAccess* voxel_access() const override { return this; }
-  const ProgressiveAccess* progressive_access() const override { return scheme_.dc ? this : nullptr; }
+  const ProgressiveAccess* progressive_access() const override {
+    return scheme_.dc ? this : nullptr;
+  }
   std::optional<RecordedError> recorded_error() const override { return error_; }
 
   unsigned steps() const override { return scheme_.books + 1; }
   std::string_view step_name(unsigned step) const override { return scheme_.steps[step]; }
   std::uint64_t step_bytes(unsigned step) const override { return steps_[step]; }
 
-  /// With one sub-volume the row stands in constants: a device then reads the record and one entry a book. A device knows a stack of
-  /// cubes and no time: a series is refused (kUnsupported) unless its steps begin where such cubes do.
+  /// With one sub-volume the row stands in constants: a device then reads the record and one entry
+  /// a book. A device knows a stack of cubes and no time: a series is refused (kUnsupported) unless
+  /// its steps begin where such cubes do.
   Expected<GpuSamples> gpu_samples(unsigned step) const override {
     if (scheme_.dc ? step > scheme_.books : step != 0)
-      return fail(ErrorCode::kBadArgument, fmt::format("step: expected 0..{}, found {}", scheme_.dc ? scheme_.books : 0, step));
+      return fail(ErrorCode::kBadArgument, fmt::format("step: expected 0..{}, found {}",
+                                                       scheme_.dc ? scheme_.books : 0, step));
     if (info_.extent.x > UINT32_MAX || info_.extent.y > UINT32_MAX || info_.extent.z > UINT32_MAX)
       return fail(ErrorCode::kUnsupported, "an axis exceeds 2^32 voxels");
     const std::optional<std::uint32_t> edge = device_edge();
     if (!edge) {
       return fail(ErrorCode::kUnsupported,
-                  fmt::format("time steps of {} voxels with edge={}: a device finds sub-volumes where edges divide the depth of a step, or "
+                  fmt::format("time steps of {} voxels with edge={}: a device finds sub-volumes "
+                              "where edges divide the depth of a step, or "
                               "where that is a multiple of 4 and no step is wider or higher",
                               to_string(step_), edge_));
     }
@@ -229,24 +252,31 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     constant("OFFSET", std::bit_cast<std::uint32_t>(domain_.offset));
     constant("STEP_A", std::bit_cast<std::uint32_t>(domain_.step_a));
     constant("STEP_B", std::bit_cast<std::uint32_t>(domain_.step_b));
-    for (std::uint32_t k = 0; *edge == 0 && k < kRow; ++k) constant(fmt::format("ROW_{}", k), words_[k]);
+    for (std::uint32_t k = 0; *edge == 0 && k < kRow; ++k)
+      constant(fmt::format("ROW_{}", k), words_[k]);
     samples.buffers.push_back({"blocks and books", std::as_bytes(std::span(words_)), nullptr});
     return samples;
   }
 
-  Expected<void> decode(unsigned, unsigned threads, SlabSink& sink) const override { return decode_step(scheme_.books, threads, sink); }
+  Expected<void> decode(unsigned, unsigned threads, SlabSink& sink) const override {
+    return decode_step(scheme_.books, threads, sink);
+  }
 
   Expected<void> decode_step(unsigned step, unsigned threads, SlabSink& sink) const override {
-    if (step > scheme_.books) return fail(ErrorCode::kBadArgument, fmt::format("step: expected 0..{}, found {}", scheme_.books, step));
-    const std::uint64_t rows = (step_.y + kBlockEdge - 1) / kBlockEdge, layers = layers_of_step() * info_.time_steps;
+    if (step > scheme_.books)
+      return fail(ErrorCode::kBadArgument,
+                  fmt::format("step: expected 0..{}, found {}", scheme_.books, step));
+    const std::uint64_t rows = (step_.y + kBlockEdge - 1) / kBlockEdge,
+                        layers = layers_of_step() * info_.time_steps;
     for (std::uint64_t l0 = 0; l0 < layers;) {
       const std::uint64_t z0 = layer(l0).z;
       std::uint64_t l1 = l0 + 1;
       while (l1 < layers && layer(l1).end() - z0 <= sink.preferred_depth()) ++l1;
       const std::uint64_t z1 = layer(l1 - 1).end();
       std::byte* out = sink.begin(z0, z1);
-      volumes::parallel_for(threads, (l1 - l0) * rows,
-                            [&](unsigned, std::uint64_t i) { decode_row(layer(l0 + i / rows), i % rows * kBlockEdge, z0, step, out); });
+      volumes::parallel_for(threads, (l1 - l0) * rows, [&](unsigned, std::uint64_t i) {
+        decode_row(layer(l0 + i / rows), i % rows * kBlockEdge, z0, step, out);
+      });
       restore_exceptions(z0, z1, reinterpret_cast<std::uint32_t*>(out));
       sink.end(z0, z1);
       l0 = l1;
@@ -254,8 +284,11 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     return {};
   }
 
-  Expected<void> at(std::span<const Coordinate> points, unsigned lod, std::span<std::uint64_t> labels) const override {
-    if (lod != 0) return fail(ErrorCode::kBadArgument, fmt::format("level of detail: expected 0, found {}", lod));
+  Expected<void> at(std::span<const Coordinate> points, unsigned lod,
+                    std::span<std::uint64_t> labels) const override {
+    if (lod != 0)
+      return fail(ErrorCode::kBadArgument,
+                  fmt::format("level of detail: expected 0, found {}", lod));
     const shaders::Words words{words_.data()};
     for (std::size_t n = 0; n < points.size(); ++n) {
       const Coordinate& c = points[n];
@@ -265,13 +298,17 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
         part += grid_.index({inside.x / edge_, inside.y / edge_, inside.z / edge_});
         inside = {inside.x % edge_, inside.y % edge_, inside.z % edge_};
       }
-      const std::uint64_t block = blocks_[part].index({inside.x / kBlockEdge, inside.y / kBlockEdge, inside.z / kBlockEdge});
-      const auto i = static_cast<std::uint32_t>((inside.x & 3) + 4 * (inside.y & 3) + 16 * (inside.z & 3));
-      const shaders::TvqRow row = shaders::cvr_tvq_row(words, static_cast<std::uint32_t>(part * kRow));
+      const std::uint64_t block = blocks_[part].index(
+          {inside.x / kBlockEdge, inside.y / kBlockEdge, inside.z / kBlockEdge});
+      const auto i =
+          static_cast<std::uint32_t>((inside.x & 3) + 4 * (inside.y & 3) + 16 * (inside.z & 3));
+      const shaders::TvqRow row =
+          shaders::cvr_tvq_row(words, static_cast<std::uint32_t>(part * kRow));
       const int sum = shaders::cvr_tvq_sum(words, row, block, i, kMaxBooks);
       switch (info_.type) {
         case VoxelType::kF32:
-          labels[n] = std::bit_cast<std::uint32_t>(exception_or(c, shaders::cvr_tvq_float(domain_, sum)));
+          labels[n] =
+              std::bit_cast<std::uint32_t>(exception_or(c, shaders::cvr_tvq_float(domain_, sum)));
           break;
         case VoxelType::kI16:
           labels[n] = static_cast<std::uint16_t>(shaders::cvr_tvq_integer(domain_, sum));
@@ -296,14 +333,17 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   std::uint64_t layers_of_step() const { return (step_.z + kBlockEdge - 1) / kBlockEdge; }
   Layer layer(std::uint64_t i) const {
     const std::uint64_t step = i / layers_of_step(), in_step = i % layers_of_step() * kBlockEdge;
-    return {step, in_step, step * step_.z + in_step, std::min<std::uint64_t>(kBlockEdge, step_.z - in_step)};
+    return {step, in_step, step * step_.z + in_step,
+            std::min<std::uint64_t>(kBlockEdge, step_.z - in_step)};
   }
 
-  /// The edge of cubes that cut the whole stack into its sub-volumes; 0 where there is but one; none where cubes cannot.
+  /// The edge of cubes that cut the whole stack into its sub-volumes; 0 where there is but one;
+  /// none where cubes cannot.
   std::optional<std::uint32_t> device_edge() const {
     if (info_.time_steps == 1) return edge_;
     if (edge_ > 0 && step_.z % edge_ == 0) return edge_;
-    const bool columns = grid_.voxels() == 1 && step_.z % kBlockEdge == 0 && step_.x <= step_.z && step_.y <= step_.z;
+    const bool columns = grid_.voxels() == 1 && step_.z % kBlockEdge == 0 && step_.x <= step_.z &&
+                         step_.y <= step_.z;
     return columns ? std::optional(static_cast<std::uint32_t>(step_.z)) : std::nullopt;
   }
 
@@ -315,14 +355,17 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
         const Book& book = set.books[p];
         table.books[p].resize(std::size_t{book.size} * kBlockVoxels);
         for (std::size_t i = 0; i < table.books[p].size(); ++i) {
-          const std::size_t entry = scheme_.length[p] == 8 ? i / 64 * 8 + (i >> 1 & 1) + 2 * (i >> 3 & 1) + 4 * (i >> 5 & 1) : i;
+          const std::size_t entry = scheme_.length[p] == 8 ? i / 64 * 8 + (i >> 1 & 1) +
+                                                                 2 * (i >> 3 & 1) + 4 * (i >> 5 & 1)
+                                                           : i;
           table.books[p][i] = static_cast<T>(book.entries[entry] * book.scale);
         }
       }
     }
   }
 
-  void decode_row(const Layer& layer, std::uint64_t y, std::uint64_t z0, unsigned step, std::byte* out) const {
+  void decode_row(const Layer& layer, std::uint64_t y, std::uint64_t z0, unsigned step,
+                  std::byte* out) const {
     switch (info_.type) {
       case VoxelType::kU16:
         return decode_typed<std::int32_t, std::uint16_t>(wide_tables_, layer, y, z0, step, out);
@@ -331,35 +374,45 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
       case VoxelType::kF32:
         return decode_typed<std::int32_t, float>(wide_tables_, layer, y, z0, step, out);
       default:
-        if (narrow_) return decode_typed<std::int16_t, std::uint8_t>(narrow_tables_, layer, y, z0, step, out);
+        if (narrow_)
+          return decode_typed<std::int16_t, std::uint8_t>(narrow_tables_, layer, y, z0, step, out);
         return decode_typed<std::int32_t, std::uint8_t>(wide_tables_, layer, y, z0, step, out);
     }
   }
 
   /// The blocks of one row along x that begin at y of a layer; z0 is the first plane of `out`.
   template <class S, class T>
-  void decode_typed(const std::vector<Table<S>>& tables, const Layer& layer, std::uint64_t y, std::uint64_t z0, unsigned step,
-                    std::byte* out) const {
+  void decode_typed(const std::vector<Table<S>>& tables, const Layer& layer, std::uint64_t y,
+                    std::uint64_t z0, unsigned step, std::byte* out) const {
     static constexpr std::array<S, kBlockVoxels> kNothing{};
     const Extent& e = info_.extent;
     T* voxels = reinterpret_cast<T*>(out);
-    const std::uint64_t z = layer.z, depth = layer.planes, height = std::min<std::uint64_t>(kBlockEdge, e.y - y);
+    const std::uint64_t z = layer.z, depth = layer.planes,
+                        height = std::min<std::uint64_t>(kBlockEdge, e.y - y);
     for (std::uint64_t px = 0; px < grid_.x; ++px) {
-      const std::uint64_t part = layer.step * grid_.voxels() + (edge_ == 0 ? 0 : grid_.index({px, y / edge_, layer.in_step / edge_}));
+      const std::uint64_t part =
+          layer.step * grid_.voxels() +
+          (edge_ == 0 ? 0 : grid_.index({px, y / edge_, layer.in_step / edge_}));
       const Table<S>& table = tables[part % tables.size()];
       const std::uint32_t* row = words_.data() + part * kRow;
-      const std::uint64_t local_y = edge_ == 0 ? y : y % edge_, local_z = edge_ == 0 ? layer.in_step : layer.in_step % edge_;
+      const std::uint64_t local_y = edge_ == 0 ? y : y % edge_,
+                          local_z = edge_ == 0 ? layer.in_step : layer.in_step % edge_;
       const Extent& blocks = blocks_[part];
-      std::uint64_t bit = std::uint64_t{row[0]} * 32 + blocks.index({0, local_y / kBlockEdge, local_z / kBlockEdge}) * row[1];
-      const bool present[kMaxBooks] = {step > 0 && (row[8] & 4) == 0, step > 1 && (row[12] & 4) == 0, step > 2 && (row[16] & 4) == 0};
+      std::uint64_t bit = std::uint64_t{row[0]} * 32 +
+                          blocks.index({0, local_y / kBlockEdge, local_z / kBlockEdge}) * row[1];
+      const bool present[kMaxBooks] = {step > 0 && (row[8] & 4) == 0,
+                                       step > 1 && (row[12] & 4) == 0,
+                                       step > 2 && (row[16] & 4) == 0};
       const auto base = static_cast<std::int32_t>(row[3]);
       for (std::uint64_t bx = 0; bx < blocks.x; ++bx, bit += row[1]) {
         Record record(words_.data(), bit);
-        const auto dc = static_cast<S>(base + static_cast<std::int32_t>(record.next(row[2]) * row[4]));
+        const auto dc =
+            static_cast<S>(base + static_cast<std::int32_t>(record.next(row[2]) * row[4]));
         const S* entries[kMaxBooks];
         for (unsigned p = 0; p < kMaxBooks; ++p) {
           const std::uint32_t code = record.next(row[5 + 4 * p]);
-          entries[p] = present[p] ? table.books[p].data() + std::size_t{code} * kBlockVoxels : kNothing.data();
+          entries[p] = present[p] ? table.books[p].data() + std::size_t{code} * kBlockVoxels
+                                  : kNothing.data();
         }
         alignas(32) S sums[kBlockVoxels];
         alignas(32) T block[kBlockVoxels];
@@ -386,7 +439,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
   /// The first run that ends at a voxel or later.
   std::size_t run_from(std::uint64_t voxel) const {
     const auto last = [](const ExceptionRun& run) { return run.first + run.count - 1; };
-    return static_cast<std::size_t>(std::ranges::lower_bound(exceptions_, voxel, {}, last) - exceptions_.begin());
+    return static_cast<std::size_t>(std::ranges::lower_bound(exceptions_, voxel, {}, last) -
+                                    exceptions_.begin());
   }
 
   float exception_or(const Coordinate& c, float value) const {
@@ -394,16 +448,20 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
     const std::uint64_t voxel = info_.extent.index(c);
     const std::size_t run = run_from(voxel);
     if (run == exceptions_.size() || exceptions_[run].first > voxel) return value;
-    return std::bit_cast<float>(exception_bits_[exception_at_[run] + voxel - exceptions_[run].first]);
+    return std::bit_cast<float>(
+        exception_bits_[exception_at_[run] + voxel - exceptions_[run].first]);
   }
 
   void restore_exceptions(std::uint64_t z0, std::uint64_t z1, std::uint32_t* out) const {
     if (exceptions_.empty()) return;
-    const std::uint64_t plane = info_.extent.x * info_.extent.y, begin = z0 * plane, end = z1 * plane;
-    for (std::size_t run = run_from(begin); run < exceptions_.size() && exceptions_[run].first < end; ++run) {
+    const std::uint64_t plane = info_.extent.x * info_.extent.y, begin = z0 * plane,
+                        end = z1 * plane;
+    for (std::size_t run = run_from(begin);
+         run < exceptions_.size() && exceptions_[run].first < end; ++run) {
       const std::uint64_t first = std::max(begin, exceptions_[run].first),
                           last = std::min(end, exceptions_[run].first + exceptions_[run].count);
-      std::memcpy(out + (first - begin), exception_bits_.data() + exception_at_[run] + (first - exceptions_[run].first),
+      std::memcpy(out + (first - begin),
+                  exception_bits_.data() + exception_at_[run] + (first - exceptions_[run].first),
                   (last - first) * sizeof(float));
     }
   }
@@ -428,8 +486,8 @@ class BlockDecoder final : public codecs::Decoder, public VoxelAccess, public Pr
 
 }  // namespace
 
-Expected<std::unique_ptr<Decoder>> make_decoder(const Scheme& scheme, const VolumeInfo& info, const Encoding& encoding,
-                                                const StepBytes& steps) {
+Expected<std::unique_ptr<Decoder>> make_decoder(const Scheme& scheme, const VolumeInfo& info,
+                                                const Encoding& encoding, const StepBytes& steps) {
   auto words = make_image(scheme, encoding);
   if (!words) return fail(ErrorCode::kTooLarge, "books and records exceed 2^32 words");
   return std::make_unique<BlockDecoder>(scheme, info, encoding, std::move(*words), steps);

@@ -12,7 +12,8 @@ namespace {
 /// The largest and the mean squared error over all voxels but exceptions, by slabs.
 class ErrorSink final : public SlabSink {
  public:
-  ErrorSink(const VolumeSource& truth, std::span<const ExceptionRun> exceptions) : truth_(truth), reader_(truth), exceptions_(exceptions) {}
+  ErrorSink(const VolumeSource& truth, std::span<const ExceptionRun> exceptions)
+      : truth_(truth), reader_(truth), exceptions_(exceptions) {}
   std::uint64_t preferred_depth() const override { return 16; }
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override {
     const VolumeInfo& info = truth_.info();
@@ -33,7 +34,9 @@ class ErrorSink final : public SlabSink {
         return add<std::uint8_t>(original, z0 * plane, (z1 - z0) * plane);
     }
   }
-  RecordedError error() const { return {largest_, count_ == 0 ? 0 : squares_ / static_cast<double>(count_)}; }
+  RecordedError error() const {
+    return {largest_, count_ == 0 ? 0 : squares_ / static_cast<double>(count_)};
+  }
 
  private:
   template <class T>
@@ -41,7 +44,9 @@ class ErrorSink final : public SlabSink {
     const auto* expected = reinterpret_cast<const T*>(original);
     const auto* found = reinterpret_cast<const T*>(slab_.data());
     for (std::uint64_t i = 0; i < count; ++i) {
-      while (next_ < exceptions_.size() && exceptions_[next_].first + exceptions_[next_].count <= first + i) ++next_;
+      while (next_ < exceptions_.size() &&
+             exceptions_[next_].first + exceptions_[next_].count <= first + i)
+        ++next_;
       if (next_ < exceptions_.size() && exceptions_[next_].first <= first + i) continue;
       const double difference = static_cast<double>(expected[i]) - static_cast<double>(found[i]);
       largest_ = std::max(largest_, std::abs(difference));
@@ -59,8 +64,11 @@ class ErrorSink final : public SlabSink {
   std::uint64_t count_ = 0;
 };
 
-/// Books that all time steps share are trained with at most this many blocks: as many as a volume of 256^3 has, or four of those.
-std::uint64_t most_sampled(const Options& options) { return std::uint64_t{1} << (options.best ? 20 : 18); }
+/// Books that all time steps share are trained with at most this many blocks: as many as a volume
+/// of 256^3 has, or four of those.
+std::uint64_t most_sampled(const Options& options) {
+  return std::uint64_t{1} << (options.best ? 20 : 18);
+}
 
 /// The boxes of a place at all time steps.
 class Places {
@@ -81,11 +89,15 @@ class Places {
   volumes::Box box_;
 };
 
-/// One block of each of most_sampled() equal runs of the blocks of all steps, at a random place in its run, so that no period of the
-/// volume is met. One step is in memory at a time.
-Blocks sample_blocks(const VolumeSource& source, const Domain& domain, const Places& places, const Options& options) {
-  const std::uint64_t each = places.blocks().voxels(), all = each * places.time_steps(), count = std::min(all, most_sampled(options));
-  const auto run_begin = [&](std::uint64_t i) { return i * (all / count) + std::min(i, all % count); };
+/// One block of each of most_sampled() equal runs of the blocks of all steps, at a random place in
+/// its run, so that no period of the volume is met. One step is in memory at a time.
+Blocks sample_blocks(const VolumeSource& source, const Domain& domain, const Places& places,
+                     const Options& options) {
+  const std::uint64_t each = places.blocks().voxels(), all = each * places.time_steps(),
+                      count = std::min(all, most_sampled(options));
+  const auto run_begin = [&](std::uint64_t i) {
+    return i * (all / count) + std::min(i, all % count);
+  };
   std::vector<float> sample;
   sample.reserve(count * kBlockVoxels);
   std::vector<float> samples;
@@ -106,7 +118,8 @@ Blocks sample_blocks(const VolumeSource& source, const Domain& domain, const Pla
 
 }  // namespace
 
-Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const EncoderSettings& settings, unsigned threads) {
+Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source,
+                         const EncoderSettings& settings, unsigned threads) {
   const VolumeInfo& info = source.info();
   auto facts = survey(source, settings.zero, settings.mask);
   if (!facts) return tl::unexpected(facts.error());
@@ -122,27 +135,33 @@ Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const
   std::vector<Trained> trained;  // of the places, where books are shared
   for (std::uint64_t i = 0; i < parts; ++i) {
     const std::uint64_t place = i % grid.voxels(), time = i / grid.voxels();
-    const Places places(step, info.time_steps, settings.edge, {place % grid.x, place / grid.x % grid.y, place / (grid.x * grid.y)});
+    const Places places(step, info.time_steps, settings.edge,
+                        {place % grid.x, place / grid.x % grid.y, place / (grid.x * grid.y)});
     const auto each = static_cast<double>(places.blocks().voxels());
     const auto steps = static_cast<double>(info.time_steps);
     options.seed = settings.options.seed * 1000003 + (shared ? place : i);
     if (options.random_codes) {
       if (!shared || time == 0) encoding.books.push_back(random_books(scheme, domain, options));
-      encoding.parts.push_back(random_part(scheme, domain, encoding.books_of(i), places.blocks(), options, i));
+      encoding.parts.push_back(
+          random_part(scheme, domain, encoding.books_of(i), places.blocks(), options, i));
       continue;
     }
     if (shared && time == 0) {
       Blocks sample = sample_blocks(source, domain, places, options);
-      trained.push_back(train(scheme, domain, sample, each * steps, options.rate * places.voxels() * steps, options, threads));
+      trained.push_back(train(scheme, domain, sample, each * steps,
+                              options.rate * places.voxels() * steps, options, threads));
       encoding.books.push_back(trained.back().set);
     }
     Blocks blocks(read_blocks(source, domain, places.at(time)));
     if (shared) {
-      encoding.parts.push_back(code(scheme, domain, trained[place], places.blocks(), std::move(blocks), options, threads));
+      encoding.parts.push_back(code(scheme, domain, trained[place], places.blocks(),
+                                    std::move(blocks), options, threads));
       continue;
     }
-    Trained own = train(scheme, domain, blocks, each, options.rate * places.voxels(), options, threads);
-    encoding.parts.push_back(code(scheme, domain, own, places.blocks(), std::move(blocks), options, threads));
+    Trained own =
+        train(scheme, domain, blocks, each, options.rate * places.voxels(), options, threads);
+    encoding.parts.push_back(
+        code(scheme, domain, own, places.blocks(), std::move(blocks), options, threads));
     encoding.books.push_back(std::move(own.set));
   }
   Payload payload = write_payload(scheme, encoding);
@@ -152,7 +171,8 @@ Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const
   if (auto ok = (*decoder)->decode(0, threads, sink); !ok) return tl::unexpected(ok.error());
   const RecordedError error = sink.error();
   std::memcpy(payload.bytes.data() + kErrorOffset, &error.largest, sizeof error.largest);
-  std::memcpy(payload.bytes.data() + kErrorOffset + sizeof error.largest, &error.mean_squared, sizeof error.mean_squared);
+  std::memcpy(payload.bytes.data() + kErrorOffset + sizeof error.largest, &error.mean_squared,
+              sizeof error.mean_squared);
   return payload;
 }
 

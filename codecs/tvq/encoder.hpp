@@ -14,8 +14,10 @@ struct EncoderSettings {
   bool shared_books = false;  ///< of a series: one set of books for all time steps of a place
 };
 
-/// Surveys the source, trains and codes one sub-volume after the other, decodes the result and writes its error into it. Of a series one
-/// time step of a sub-volume is in memory at a time, apart from the codes.
-Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source, const EncoderSettings& settings, unsigned threads);
+/// Surveys the source, trains and codes one sub-volume after the other, decodes the result and
+/// writes its error into it. Of a series one time step of a sub-volume is in memory at a time,
+/// apart from the codes.
+Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source,
+                         const EncoderSettings& settings, unsigned threads);
 
 }  // namespace cvr::codecs::tvq

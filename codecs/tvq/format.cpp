@@ -25,18 +25,21 @@ void put_plane(ByteWriter& out, std::span<const std::uint16_t> codes, unsigned b
   unsigned filled = 0;
   for (const std::uint16_t code : codes) {
     pending |= std::uint64_t{code} << filled;
-    for (filled += bits; filled >= 8; filled -= 8, pending >>= 8) out.put(static_cast<std::uint8_t>(pending));
+    for (filled += bits; filled >= 8; filled -= 8, pending >>= 8)
+      out.put(static_cast<std::uint8_t>(pending));
   }
   if (filled > 0) out.put(static_cast<std::uint8_t>(pending));
 }
 
-std::vector<std::uint16_t> get_plane(std::span<const std::byte> bytes, std::uint64_t count, unsigned bits) {
+std::vector<std::uint16_t> get_plane(std::span<const std::byte> bytes, std::uint64_t count,
+                                     unsigned bits) {
   std::vector<std::uint16_t> codes(count);
   std::uint64_t pending = 0;
   unsigned filled = 0;
   std::size_t at = 0;
   for (std::uint16_t& code : codes) {
-    for (; filled < bits; filled += 8) pending |= std::to_integer<std::uint64_t>(bytes[at++]) << filled;
+    for (; filled < bits; filled += 8)
+      pending |= std::to_integer<std::uint64_t>(bytes[at++]) << filled;
     code = static_cast<std::uint16_t>(pending & ((std::uint64_t{1} << bits) - 1));
     pending >>= bits;
     filled -= bits;
@@ -47,10 +50,13 @@ std::vector<std::uint16_t> get_plane(std::span<const std::byte> bytes, std::uint
 /// Zones of eight coefficients that a partition consists of; LP begins with the second of its zone.
 unsigned first_zone(unsigned partition) { return kPartitionBegin[partition] / 8; }
 unsigned zone_count(unsigned partition) { return (kPartitionSize[partition] + 7) / 8; }
-unsigned zone_of_coefficient(unsigned partition, unsigned j) { return (kPartitionBegin[partition] + j) / 8 - first_zone(partition); }
+unsigned zone_of_coefficient(unsigned partition, unsigned j) {
+  return (kPartitionBegin[partition] + j) / 8 - first_zone(partition);
+}
 
-/// Coefficients of all code vectors but the zero vector: per zone a rANS stream of bit lengths, then all signs and lower bits as they
-/// are. Layout: per zone 16 frequencies (u16) and the stream's length (u32); the streams; the bits.
+/// Coefficients of all code vectors but the zero vector: per zone a rANS stream of bit lengths,
+/// then all signs and lower bits as they are. Layout: per zone 16 frequencies (u16) and the
+/// stream's length (u32); the streams; the bits.
 void put_coefficients(ByteWriter& out, const Book& book, unsigned partition) {
   const unsigned n = kPartitionSize[partition];
   std::array<std::vector<std::uint8_t>, 4> lengths;
@@ -65,9 +71,11 @@ void put_coefficients(ByteWriter& out, const Book& book, unsigned partition) {
       lengths[zone_of_coefficient(partition, j)].push_back(static_cast<std::uint8_t>(length));
       if (length == 0) continue;
       // The leading one is known; its place takes the sign.
-      const std::uint64_t field = (magnitude & ((1u << (length - 1)) - 1)) | (value < 0 ? 1u << (length - 1) : 0u);
+      const std::uint64_t field =
+          (magnitude & ((1u << (length - 1)) - 1)) | (value < 0 ? 1u << (length - 1) : 0u);
       pending |= field << filled;
-      for (filled += length; filled >= 8; filled -= 8, pending >>= 8) bits.push_back(static_cast<std::uint8_t>(pending));
+      for (filled += length; filled >= 8; filled -= 8, pending >>= 8)
+        bits.push_back(static_cast<std::uint8_t>(pending));
     }
   }
   if (filled > 0) bits.push_back(static_cast<std::uint8_t>(pending));
@@ -96,13 +104,15 @@ bool get_coefficients(ByteReader& in, Book& book, unsigned partition, std::size_
     std::array<std::uint16_t, entropy::kRansSymbols> frequencies;
     for (std::uint16_t& frequency : frequencies) frequency = part.get<std::uint16_t>();
     sizes[t] = part.get<std::uint32_t>();
-    if (part.failed() || !entropy::RansTable::from_frequencies(frequencies, tables[t])) return false;
+    if (part.failed() || !entropy::RansTable::from_frequencies(frequencies, tables[t]))
+      return false;
   }
   std::array<entropy::RansDecoder, 4> streams;
   for (unsigned t = 0; t < zone_count(partition); ++t) {
     const auto stream = part.take(sizes[t]);
     if (part.failed()) return false;
-    streams[t] = entropy::RansDecoder(tables[t], {reinterpret_cast<const std::uint8_t*>(stream.data()), stream.size()});
+    streams[t] = entropy::RansDecoder(
+        tables[t], {reinterpret_cast<const std::uint8_t*>(stream.data()), stream.size()});
   }
   book.coefficients.assign(std::size_t{book.size} * n, 0);
   std::uint64_t pending = 0;
@@ -113,13 +123,15 @@ bool get_coefficients(ByteReader& in, Book& book, unsigned partition, std::size_
       const unsigned length = stream.next();
       if (stream.failed()) return false;
       if (length == 0) continue;
-      for (; filled < length; filled += 8) pending |= std::uint64_t{part.get<std::uint8_t>()} << filled;
+      for (; filled < length; filled += 8)
+        pending |= std::uint64_t{part.get<std::uint8_t>()} << filled;
       const auto field = static_cast<int>(pending & ((1u << length) - 1));
       pending >>= length;
       filled -= length;
       const int lead = 1 << (length - 1);
       const int magnitude = (field & (lead - 1)) | lead;
-      book.coefficients[std::size_t{k} * n + j] = static_cast<std::int16_t>((field & lead) != 0 ? -magnitude : magnitude);
+      book.coefficients[std::size_t{k} * n + j] =
+          static_cast<std::int16_t>((field & lead) != 0 ? -magnitude : magnitude);
     }
   }
   return !part.failed() && part.remaining() == 0;
@@ -155,33 +167,42 @@ Expected<void> read_domain(ByteReader& in, const VolumeInfo& info, Domain& domai
   domain.exponent = in.get<std::int32_t>();
   domain.low = in.get<std::int32_t>();
   domain.high = in.get<std::int32_t>();
-  if (domain.low > domain.high) return malformed(12, "a least value that does not exceed the greatest");
+  if (domain.low > domain.high)
+    return malformed(12, "a least value that does not exceed the greatest");
   if (info.type == VoxelType::kF32) {
     constexpr std::int32_t kLimit = 1 << 22;
-    if (domain.low < -kLimit || domain.high > kLimit || domain.zero != 0) return malformed(12, "sums within 2^22 of the offset");
+    if (domain.low < -kLimit || domain.high > kLimit || domain.zero != 0)
+      return malformed(12, "sums within 2^22 of the offset");
     if (!std::isfinite(domain.offset) || domain.exponent < -149 || domain.exponent > 127) {
       return malformed(4, "a finite offset and an exponent of -149..127");
     }
     return {};
   }
-  if (domain.offset != 0 || domain.exponent != 0) return malformed(4, "no offset and no exponent of integers");
+  if (domain.offset != 0 || domain.exponent != 0)
+    return malformed(4, "no offset and no exponent of integers");
   const std::int32_t least = info.type == VoxelType::kI16 ? -32768 : 0;
-  const std::int32_t most = info.type == VoxelType::kU8 ? 255 : info.type == VoxelType::kU16 ? 65535 : 32767;
+  const std::int32_t most = info.type == VoxelType::kU8    ? 255
+                            : info.type == VoxelType::kU16 ? 65535
+                                                           : 32767;
   if (domain.low < least || domain.high > most || domain.zero < least || domain.zero > most) {
     return malformed(0, fmt::format("values of type {}", name_of(info.type)));
   }
   return {};
 }
 
-Expected<void> read_exceptions(ByteReader& in, const VolumeInfo& info, std::uint64_t runs, Encoding& encoding) {
+Expected<void> read_exceptions(ByteReader& in, const VolumeInfo& info, std::uint64_t runs,
+                               Encoding& encoding) {
   const std::size_t at = in.position();
-  if (runs > in.remaining() / 12) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} runs of exceptions", at, runs));
+  if (runs > in.remaining() / 12)
+    return fail(ErrorCode::kTruncated,
+                fmt::format("offset {}: expected {} runs of exceptions", at, runs));
   if (runs > 0 && info.type != VoxelType::kF32) return malformed(at, "exceptions of f32 alone");
   const std::uint64_t voxels = info.extent.voxels();
   std::uint64_t total = 0, end = 0;
   for (std::uint64_t r = 0; r < runs; ++r) {
     ExceptionRun run{in.get<std::uint64_t>(), in.get<std::uint32_t>()};
-    if (run.count == 0 || run.first < end || run.first >= voxels || run.count > voxels - run.first) {
+    if (run.count == 0 || run.first < end || run.first >= voxels ||
+        run.count > voxels - run.first) {
       return malformed(at + 12 * r, "a run of exceptions inside the volume and after the last");
     }
     end = run.first + run.count;
@@ -189,7 +210,8 @@ Expected<void> read_exceptions(ByteReader& in, const VolumeInfo& info, std::uint
     encoding.exceptions.push_back(run);
   }
   if (total > in.remaining() / 4)
-    return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} exceptions", in.position(), total));
+    return fail(ErrorCode::kTruncated,
+                fmt::format("offset {}: expected {} exceptions", in.position(), total));
   encoding.exception_bits.resize(total);
   for (std::uint32_t& bits : encoding.exception_bits) bits = in.get<std::uint32_t>();
   return {};
@@ -201,15 +223,21 @@ Expected<void> read_part(const Scheme& scheme, ByteReader& in, SubVolume& part) 
   part.dc_bits = in.get<std::uint8_t>();
   part.dc_base = in.get<std::int32_t>();
   part.dc_step = in.get<std::uint32_t>();
-  if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected the header of a sub-volume", at));
-  if (part.dc_bits > kMaxDcBits || (!scheme.dc && part.dc_bits > 0)) return malformed(at, "at most 16 bits of DC, and none without DC");
-  const std::int64_t last = std::int64_t{part.dc_base} + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
-  if (std::abs(std::int64_t{part.dc_base}) > kLargestTerm || last > kLargestTerm) return malformed(at + 1, "values of DC within 2^26");
+  if (in.failed())
+    return fail(ErrorCode::kTruncated,
+                fmt::format("offset {}: expected the header of a sub-volume", at));
+  if (part.dc_bits > kMaxDcBits || (!scheme.dc && part.dc_bits > 0))
+    return malformed(at, "at most 16 bits of DC, and none without DC");
+  const std::int64_t last =
+      std::int64_t{part.dc_base} + ((std::int64_t{1} << part.dc_bits) - 1) * part.dc_step;
+  if (std::abs(std::int64_t{part.dc_base}) > kLargestTerm || last > kLargestTerm)
+    return malformed(at + 1, "values of DC within 2^26");
   return {};
 }
 
 /// Sizes and scales of books, and the transform.
-Expected<void> read_book_set(const Scheme& scheme, ByteReader& in, TransformKind kind, BookSet& set) {
+Expected<void> read_book_set(const Scheme& scheme, ByteReader& in, TransformKind kind,
+                             BookSet& set) {
   const std::size_t at = in.position();
   for (unsigned p = 0; p < scheme.books; ++p) {
     const std::size_t book_at = in.position();
@@ -219,11 +247,13 @@ Expected<void> read_book_set(const Scheme& scheme, ByteReader& in, TransformKind
     book.entry_bytes = in.get<std::uint8_t>();
     book.step = in.get<std::uint32_t>();
     const auto chapters = in.get<std::uint8_t>();
-    if (book.size == 0 || book.size > (1u << kMaxBookBits)) return malformed(book_at, "a book of 1..16384 code vectors");
+    if (book.size == 0 || book.size > (1u << kMaxBookBits))
+      return malformed(book_at, "a book of 1..16384 code vectors");
     if (book.scale == 0 || (book.entry_bytes != 1 && book.entry_bytes != 2))
       return malformed(book_at + 4, "a scale and entries of 1 or 2 bytes");
     if (book.step > kLargestStep) return malformed(book_at + 7, "a step of at most 200000");
-    if (book.step > 0 && !scheme.has_transform()) return malformed(book_at + 7, "entries, found coefficients");
+    if (book.step > 0 && !scheme.has_transform())
+      return malformed(book_at + 7, "entries, found coefficients");
     std::uint64_t sum = 0;
     int last_class = 0;
     for (unsigned c = 0; c < chapters; ++c) {
@@ -235,14 +265,18 @@ Expected<void> read_book_set(const Scheme& scheme, ByteReader& in, TransformKind
       sum += size;
       book.chapters.push_back({block_class, size});
     }
-    if (chapters > 0 && sum != book.size - 1) return malformed(book_at + 12, fmt::format("chapters of {} code vectors", book.size - 1));
+    if (chapters > 0 && sum != book.size - 1)
+      return malformed(book_at + 12, fmt::format("chapters of {} code vectors", book.size - 1));
   }
   std::vector<std::int16_t> stored(Basis::stored_values(kind));
   for (std::int16_t& value : stored) {
     value = in.get<std::int16_t>();
-    if (std::abs(int{value}) > Basis::kStoredOne) return malformed(in.position() - 2, "a component of a unit vector");
+    if (std::abs(int{value}) > Basis::kStoredOne)
+      return malformed(in.position() - 2, "a component of a unit vector");
   }
-  if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected the header of a sub-volume's books", at));
+  if (in.failed())
+    return fail(ErrorCode::kTruncated,
+                fmt::format("offset {}: expected the header of a sub-volume's books", at));
   set.basis = Basis(kind, stored);
   return {};
 }
@@ -253,7 +287,8 @@ Expected<void> read_book(const Scheme& scheme, unsigned p, ByteReader& in, BookS
   if (book.step > 0) {
     const auto bytes = in.get<std::uint32_t>();
     if (in.failed() || bytes > in.remaining())
-      return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} bytes of coefficients", at, bytes));
+      return fail(ErrorCode::kTruncated,
+                  fmt::format("offset {}: expected {} bytes of coefficients", at, bytes));
     if (book.size > 1) {
       if (!get_coefficients(in, book, p, bytes)) return malformed(at, "coefficients of a book");
     } else if (bytes != 0) {
@@ -264,21 +299,25 @@ Expected<void> read_book(const Scheme& scheme, unsigned p, ByteReader& in, BookS
   } else {
     const std::uint32_t stored = scheme.zero_vectors() ? book.size - 1 : book.size;
     if (std::uint64_t{stored} * scheme.length[p] * book.entry_bytes > in.remaining()) {
-      return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} code vectors", at, stored));
+      return fail(ErrorCode::kTruncated,
+                  fmt::format("offset {}: expected {} code vectors", at, stored));
     }
     get_entries(in, scheme, p, book);
   }
   std::int64_t largest = 0;
-  for (const std::int16_t entry : book.entries) largest = std::max<std::int64_t>(largest, std::abs(int{entry}));
+  for (const std::int16_t entry : book.entries)
+    largest = std::max<std::int64_t>(largest, std::abs(int{entry}));
   if (largest * book.scale > kLargestTerm) return malformed(at, "entries within 2^26 units");
   return {};
 }
 
-Expected<std::vector<std::uint16_t>> read_codes(ByteReader& in, std::uint64_t blocks, unsigned bits, std::uint32_t size) {
+Expected<std::vector<std::uint16_t>> read_codes(ByteReader& in, std::uint64_t blocks, unsigned bits,
+                                                std::uint32_t size) {
   if (bits == 0) return std::vector<std::uint16_t>{};
   const std::size_t at = in.position();
   if (blocks > std::uint64_t{in.remaining()} * 8 / bits) {
-    return fail(ErrorCode::kTruncated, fmt::format("offset {}: expected {} codes of {} bits", at, blocks, bits));
+    return fail(ErrorCode::kTruncated,
+                fmt::format("offset {}: expected {} codes of {} bits", at, blocks, bits));
   }
   auto codes = get_plane(in.take(plane_bytes(blocks, bits)), blocks, bits);
   for (std::uint64_t b = 0; b < blocks; ++b) {
@@ -295,7 +334,8 @@ volumes::Box box_of(const Extent& step, std::uint32_t edge, const Coordinate& pa
   if (edge == 0) return {{0, 0, 0}, step};
   const Coordinate origin{part.x * edge, part.y * edge, part.z * edge};
   return {origin,
-          {std::min<std::uint64_t>(edge, step.x - origin.x), std::min<std::uint64_t>(edge, step.y - origin.y),
+          {std::min<std::uint64_t>(edge, step.x - origin.x),
+           std::min<std::uint64_t>(edge, step.y - origin.y),
            std::min<std::uint64_t>(edge, step.z - origin.z)}};
 }
 
@@ -310,13 +350,15 @@ void project(Book& book, unsigned partition, const Basis& basis) {
     std::array<std::int64_t, kBlockVoxels> sums{};
     for (unsigned j = 0; j < n; ++j) {
       if (c[j] == 0) continue;
-      for (unsigned i = 0; i < kBlockVoxels; ++i) sums[i] += std::int64_t{c[j]} * basis.fixed(kPartitionBegin[partition] + j, i);
+      for (unsigned i = 0; i < kBlockVoxels; ++i)
+        sums[i] += std::int64_t{c[j]} * basis.fixed(kPartitionBegin[partition] + j, i);
     }
     for (unsigned i = 0; i < kBlockVoxels; ++i) {
       const std::int64_t twice = 2 * sums[i] * book.step + divisor;
       std::int64_t entry = twice / (2 * divisor);
       if (twice < 0 && twice % (2 * divisor) != 0) --entry;
-      book.entries[std::size_t{k} * kBlockVoxels + i] = static_cast<std::int16_t>(std::clamp(entry, -limit, limit));
+      book.entries[std::size_t{k} * kBlockVoxels + i] =
+          static_cast<std::int16_t>(std::clamp(entry, -limit, limit));
     }
   }
 }
@@ -335,7 +377,8 @@ Payload write_payload(const Scheme& scheme, const Encoding& encoding) {
   out.put(encoding.error.largest);
   out.put(encoding.error.mean_squared);
   const bool shared = encoding.books.size() < encoding.parts.size();
-  out.put(static_cast<std::uint32_t>(encoding.books.front().basis.kind()) | (shared ? kFlagSharedBooks : 0));
+  out.put(static_cast<std::uint32_t>(encoding.books.front().basis.kind()) |
+          (shared ? kFlagSharedBooks : 0));
   out.put(static_cast<std::uint64_t>(encoding.exceptions.size()));
   for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
     const SubVolume& part = encoding.parts[i];
@@ -397,7 +440,8 @@ Payload write_payload(const Scheme& scheme, const Encoding& encoding) {
   return payload;
 }
 
-Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, std::span<const std::byte> payload, StepBytes& steps) {
+Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info,
+                                std::span<const std::byte> payload, StepBytes& steps) {
   ByteReader in(payload);
   Encoding encoding;
   if (auto ok = read_domain(in, info, encoding.domain); !ok) return tl::unexpected(ok.error());
@@ -405,20 +449,31 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
   encoding.error = {in.get<double>(), in.get<double>()};
   const auto flags = in.get<std::uint32_t>();
   const auto runs = in.get<std::uint64_t>();
-  if (in.failed()) return fail(ErrorCode::kTruncated, fmt::format("expected a header of 52 bytes, found {}", payload.size()));
-  if (encoding.edge % kBlockEdge != 0) return malformed(20, "an edge of sub-volumes that is a multiple of 4");
-  if (!(encoding.error.largest >= 0) || !(encoding.error.mean_squared >= 0)) return malformed(kErrorOffset, "errors that are not negative");
+  if (in.failed())
+    return fail(ErrorCode::kTruncated,
+                fmt::format("expected a header of 52 bytes, found {}", payload.size()));
+  if (encoding.edge % kBlockEdge != 0)
+    return malformed(20, "an edge of sub-volumes that is a multiple of 4");
+  if (!(encoding.error.largest >= 0) || !(encoding.error.mean_squared >= 0))
+    return malformed(kErrorOffset, "errors that are not negative");
   const auto transform = flags & kFlagTransformMask;
   const bool shared = (flags & kFlagSharedBooks) != 0;
-  if (transform > 2 || (transform > 0 && !scheme.has_transform())) return malformed(40, "a kind of transform");
-  if ((flags & ~(kFlagTransformMask | kFlagSharedBooks)) != 0) return malformed(40, "a kind of transform and whether books are shared");
-  if (shared && info.time_steps == 1) return malformed(40, "no books shared by the time steps of a single volume");
+  if (transform > 2 || (transform > 0 && !scheme.has_transform()))
+    return malformed(40, "a kind of transform");
+  if ((flags & ~(kFlagTransformMask | kFlagSharedBooks)) != 0)
+    return malformed(40, "a kind of transform and whether books are shared");
+  if (shared && info.time_steps == 1)
+    return malformed(40, "no books shared by the time steps of a single volume");
   const auto kind = static_cast<TransformKind>(transform);
-  // Each sub-volume takes at least its header: too many for the payload are found before anything is allocated for them.
-  const Extent step = info.step_extent(), grid = encoding.grid(step), stack{grid.x, grid.y, grid.z * info.time_steps};
+  // Each sub-volume takes at least its header: too many for the payload are found before anything
+  // is allocated for them.
+  const Extent step = info.step_extent(), grid = encoding.grid(step),
+               stack{grid.x, grid.y, grid.z * info.time_steps};
   const std::uint64_t most = in.remaining() / (9 + (shared ? 0 : 12 * scheme.books));
   if (stack.x > most || stack.y > most / stack.x || stack.z > most / (stack.x * stack.y)) {
-    return fail(ErrorCode::kTruncated, fmt::format("offset 52: expected {} sub-volumes, found {} bytes", to_string(stack), in.remaining()));
+    return fail(ErrorCode::kTruncated,
+                fmt::format("offset 52: expected {} sub-volumes, found {} bytes", to_string(stack),
+                            in.remaining()));
   }
   encoding.parts.reserve(stack.voxels());
   for (std::uint64_t i = 0; i < stack.voxels(); ++i) {
@@ -427,7 +482,8 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
     part.blocks = ceil_div(box_of(step, encoding.edge, at).size, kBlockEdge);
     if (auto ok = read_part(scheme, in, part); !ok) return tl::unexpected(ok.error());
     if (shared && i >= grid.voxels()) continue;
-    if (auto ok = read_book_set(scheme, in, kind, encoding.books.emplace_back()); !ok) return tl::unexpected(ok.error());
+    if (auto ok = read_book_set(scheme, in, kind, encoding.books.emplace_back()); !ok)
+      return tl::unexpected(ok.error());
   }
   if (auto ok = read_exceptions(in, info, runs, encoding); !ok) return tl::unexpected(ok.error());
   for (SubVolume& part : encoding.parts) {
@@ -439,7 +495,8 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
   for (unsigned p = 0; p < scheme.books; ++p) {
     for (std::size_t i = 0; i < encoding.parts.size(); ++i) {
       if (i < encoding.books.size()) {
-        if (auto ok = read_book(scheme, p, in, encoding.books[i]); !ok) return tl::unexpected(ok.error());
+        if (auto ok = read_book(scheme, p, in, encoding.books[i]); !ok)
+          return tl::unexpected(ok.error());
       }
       const Book& book = encoding.books_of(i).books[p];
       auto codes = read_codes(in, encoding.parts[i].blocks.voxels(), book.bits(), book.size);
@@ -448,7 +505,8 @@ Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, st
     }
     steps[p + 1] = in.position();
   }
-  if (in.failed() || in.remaining() != 0) return malformed(in.position(), fmt::format("the end, found {} bytes more", in.remaining()));
+  if (in.failed() || in.remaining() != 0)
+    return malformed(in.position(), fmt::format("the end, found {} bytes more", in.remaining()));
   return encoding;
 }
 
@@ -457,7 +515,8 @@ DeviceBytes device_bytes(const Scheme& scheme, const Encoding& encoding) {
   for (const BookSet& set : encoding.books) {
     for (unsigned p = 0; p < scheme.books; ++p) {
       const Book& book = set.books[p];
-      if (book.size > 1 || !scheme.zero_vectors()) bytes.books += std::uint64_t{book.size} * scheme.length[p] * book.entry_bytes;
+      if (book.size > 1 || !scheme.zero_vectors())
+        bytes.books += std::uint64_t{book.size} * scheme.length[p] * book.entry_bytes;
     }
   }
   for (std::size_t i = 0; i < encoding.parts.size(); ++i) {

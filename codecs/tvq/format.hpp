@@ -1,6 +1,7 @@
 // What a file of vq, hvq or tvq holds, in memory; FORMAT.md has the bytes.
 //
-// One decoder serves all three: a block of 4x4x4 voxels is a code of DC and a code into each of up to three books, and
+// One decoder serves all three: a block of 4x4x4 voxels is a code of DC and a code into each of up
+// to three books, and
 //
 //   sum(i) = DC + sum over books of scale * entry[code][i]         in units of 2^-fraction (samples for integers, see Domain for f32)
 //
@@ -33,8 +34,9 @@ struct Scheme {
   std::string_view id;
   bool dc;
   unsigned books;
-  std::array<unsigned, kMaxBooks> length;        ///< entries of a code vector: 64 voxels or 8 octants
-  std::array<unsigned, kMaxBooks> coefficients;  ///< where the file stores coefficients: how many a vector; else 0
+  std::array<unsigned, kMaxBooks> length;  ///< entries of a code vector: 64 voxels or 8 octants
+  std::array<unsigned, kMaxBooks>
+      coefficients;  ///< where the file stores coefficients: how many a vector; else 0
   std::array<std::string_view, kMaxBooks + 1> steps;
 
   bool has_transform() const { return coefficients[0] != 0; }
@@ -42,14 +44,17 @@ struct Scheme {
   bool zero_vectors() const { return dc; }
 };
 inline constexpr Scheme kVq{"vq", false, 1, {64, 0, 0}, {0, 0, 0}, {"DC", "+blocks", "", ""}};
-inline constexpr Scheme kHvq{"hvq", true, 2, {8, 64, 0}, {0, 0, 0}, {"DC", "+octants", "+voxels", ""}};
-inline constexpr Scheme kTvq{"tvq", true, 3, {64, 64, 64}, {7, 24, 32}, {"DC", "+LP", "+BP", "+HP"}};
+inline constexpr Scheme kHvq{"hvq",      true,      2,
+                             {8, 64, 0}, {0, 0, 0}, {"DC", "+octants", "+voxels", ""}};
+inline constexpr Scheme kTvq{"tvq",        true,        3,
+                             {64, 64, 64}, {7, 24, 32}, {"DC", "+LP", "+BP", "+HP"}};
 
 /// How voxels become numbers near the origin and sums become voxels.
 ///
-/// Integers: sum = (voxel - zero) * 2^fraction, voxel = clamp(zero + round(sum / 2^fraction), low, high).
-/// f32: sum = (voxel - offset) * 2^(fraction - exponent), voxel = offset + clamp(sum, low, high) * 2^(exponent - fraction), where the
-/// product is exact and the addition is the only rounding (but for denormals).
+/// Integers: sum = (voxel - zero) * 2^fraction, voxel = clamp(zero + round(sum / 2^fraction), low,
+/// high). f32: sum = (voxel - offset) * 2^(fraction - exponent), voxel = offset + clamp(sum, low,
+/// high) * 2^(exponent - fraction), where the product is exact and the addition is the only
+/// rounding (but for denormals).
 struct Domain {
   VoxelType type = VoxelType::kU8;
   unsigned fraction = 0;
@@ -58,7 +63,9 @@ struct Domain {
   std::int32_t exponent = 0;  ///< floor(log2(max - min)) of f32; 0 for integers
   std::int32_t low = 0, high = 0;
 
-  static unsigned fraction_of(VoxelType type) { return type == VoxelType::kU8 ? 5 : type == VoxelType::kF32 ? 20 : 4; }
+  static unsigned fraction_of(VoxelType type) {
+    return type == VoxelType::kU8 ? 5 : type == VoxelType::kF32 ? 20 : 4;
+  }
 };
 
 /// Code vectors of one class, side by side in a book.
@@ -68,10 +75,11 @@ struct Chapter {
 };
 
 struct Book {
-  std::uint32_t size = 1;                  ///< code vectors; code 0 is the zero vector (Scheme::zero_vectors)
-  std::uint16_t scale = 1;                 ///< units an entry
-  std::uint8_t entry_bytes = 1;            ///< of an entry on a device: 1 or 2
-  std::uint32_t step = 0;                  ///< of coefficients, in 2^-8 units, at most kLargestStep; 0: the file stores the entries
+  std::uint32_t size = 1;        ///< code vectors; code 0 is the zero vector (Scheme::zero_vectors)
+  std::uint16_t scale = 1;       ///< units an entry
+  std::uint8_t entry_bytes = 1;  ///< of an entry on a device: 1 or 2
+  std::uint32_t step =
+      0;  ///< of coefficients, in 2^-8 units, at most kLargestStep; 0: the file stores the entries
   std::vector<std::int16_t> coefficients;  ///< size x Scheme::coefficients, if step > 0
   std::vector<std::int16_t> entries;       ///< size x Scheme::length
   std::vector<Chapter> chapters;           ///< sizes sum to size - 1; none: one unclassified book
@@ -89,10 +97,11 @@ struct BookSet {
 struct SubVolume {
   Extent blocks;
   unsigned dc_bits = 0;
-  std::int32_t dc_base = 0;                                 ///< units; what every sum starts from, with or without DC codes
-  std::uint32_t dc_step = 0;                                ///< units a DC code
-  std::vector<std::uint16_t> dc;                            ///< one a block, x fastest
-  std::array<std::vector<std::uint16_t>, kMaxBooks> codes;  ///< the same; empty where the book has 0 bits
+  std::int32_t dc_base = 0;       ///< units; what every sum starts from, with or without DC codes
+  std::uint32_t dc_step = 0;      ///< units a DC code
+  std::vector<std::uint16_t> dc;  ///< one a block, x fastest
+  std::array<std::vector<std::uint16_t>, kMaxBooks>
+      codes;  ///< the same; empty where the book has 0 bits
 };
 
 /// Voxels that are not finite, kept bit by bit. Runs ascend and do not touch.
@@ -108,17 +117,20 @@ struct Encoding {
   std::vector<ExceptionRun> exceptions;
   std::vector<std::uint32_t> exception_bits;  ///< one a voxel of the runs
   std::vector<SubVolume> parts;               ///< x fastest, then y, z, time
-  std::vector<BookSet> books;                 ///< one a part, or one a part of the first time step for all steps
+  std::vector<BookSet> books;  ///< one a part, or one a part of the first time step for all steps
 
   /// Sub-volumes of a time step.
-  Extent grid(const Extent& step) const { return edge == 0 ? Extent{1, 1, 1} : ceil_div(step, edge); }
+  Extent grid(const Extent& step) const {
+    return edge == 0 ? Extent{1, 1, 1} : ceil_div(step, edge);
+  }
   const BookSet& books_of(std::size_t part) const { return books[part % books.size()]; }
 };
 
 /// The voxels of the sub-volume at a position of the grid, from the first of its time step.
 volumes::Box box_of(const Extent& step, std::uint32_t edge, const Coordinate& part);
 
-/// Fills `entries` from `coefficients`: the inverse transform in integers, rounded to units of `scale`, cut to entry_bytes.
+/// Fills `entries` from `coefficients`: the inverse transform in integers, rounded to units of
+/// `scale`, cut to entry_bytes.
 void project(Book& book, unsigned partition, const Basis& basis);
 
 /// Bytes that end the steps of progressive decoding: DC, then each book with its codes.
@@ -128,10 +140,11 @@ Payload write_payload(const Scheme& scheme, const Encoding& encoding);
 /// Where the two doubles of the recorded error lie in a payload.
 inline constexpr std::size_t kErrorOffset = 24;
 /// Checks all that decoding relies on, entries computed and every code below the size of its book.
-Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info, std::span<const std::byte> payload, StepBytes& steps);
+Expected<Encoding> read_payload(const Scheme& scheme, const VolumeInfo& info,
+                                std::span<const std::byte> payload, StepBytes& steps);
 
-/// Memory of a device that draws from the encoding: `index`, one record of all codes a block, and `books`, the entries. Both in bytes
-/// (paper, Fig. 6 and 7).
+/// Memory of a device that draws from the encoding: `index`, one record of all codes a block, and
+/// `books`, the entries. Both in bytes (paper, Fig. 6 and 7).
 struct DeviceBytes {
   std::uint64_t index, books;
   std::uint64_t total() const { return index + books; }

@@ -1,5 +1,6 @@
-// Eight floats at once, in the vector extension that GCC and Clang share: one text for every machine, and the same sums whether it
-// becomes AVX2, SSE2 or plain code, since each lane adds in its own order.
+// Eight floats at once, in the vector extension that GCC and Clang share: one text for every
+// machine, and the same sums whether it becomes AVX2, SSE2 or plain code, since each lane adds in
+// its own order.
 #pragma once
 
 #include <cstdint>

@@ -35,7 +35,8 @@ void for_each_slab(const VolumeSource& source, F&& body) {
   volumes::SlabReader reader(source);
   for (std::uint64_t z = 0; z < e.z; z += kSlab) {
     const std::uint64_t end = std::min(e.z, z + kSlab);
-    body(z * e.x * e.y, std::span(reinterpret_cast<const T*>(reader.read(z, end)), (end - z) * e.x * e.y));
+    body(z * e.x * e.y,
+         std::span(reinterpret_cast<const T*>(reader.read(z, end)), (end - z) * e.x * e.y));
   }
 }
 
@@ -49,19 +50,26 @@ Expected<Survey> survey_integers(const VolumeSource& source, ZeroValue zero) {
   Survey result;
   Domain& domain = result.domain;
   const auto present = [](std::uint64_t n) { return n > 0; };
-  domain.low = kFirst + static_cast<int>(std::ranges::find_if(histogram, present) - histogram.begin());
+  domain.low =
+      kFirst + static_cast<int>(std::ranges::find_if(histogram, present) - histogram.begin());
   domain.high =
       kFirst + static_cast<int>(histogram.size() - 1 -
-                                static_cast<std::size_t>(std::find_if(histogram.rbegin(), histogram.rend(), present) - histogram.rbegin()));
+                                static_cast<std::size_t>(
+                                    std::find_if(histogram.rbegin(), histogram.rend(), present) -
+                                    histogram.rbegin()));
   domain.zero = domain.low <= 0 && domain.high >= 0 ? 0 : domain.low;
   if (zero == ZeroValue::kLeast) domain.zero = domain.low;
-  if (zero == ZeroValue::kMode) domain.zero = kFirst + static_cast<int>(std::ranges::max_element(histogram) - histogram.begin());
+  if (zero == ZeroValue::kMode)
+    domain.zero =
+        kFirst + static_cast<int>(std::ranges::max_element(histogram) - histogram.begin());
   return result;
 }
 
 Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool mask) {
   if (zero == ZeroValue::kMode)
-    return fail(ErrorCode::kUnsupported, "parameter 'zero': f32 volumes have no most frequent value; expected zero or least");
+    return fail(
+        ErrorCode::kUnsupported,
+        "parameter 'zero': f32 volumes have no most frequent value; expected zero or least");
   Survey result;
   float low = std::numeric_limits<float>::infinity(), high = -low;
   std::uint64_t strange = 0, first = 0;
@@ -86,9 +94,11 @@ Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool 
   });
   if (strange > 0 && !mask) {
     const Extent& e = source.info().extent;
-    return fail(ErrorCode::kUnsupported,
-                fmt::format("expected finite voxels, found {} of {} that are NaN or infinite, the first at ({}, {}, {}); nonfinite=mask keeps them aside", strange, e.voxels(),
-                            first % e.x, first / e.x % e.y, first / (e.x * e.y)));
+    return fail(
+        ErrorCode::kUnsupported,
+        fmt::format("expected finite voxels, found {} of {} that are NaN or infinite, the first at "
+                    "({}, {}, {}); nonfinite=mask keeps them aside",
+                    strange, e.voxels(), first % e.x, first / e.x % e.y, first / (e.x * e.y)));
   }
   if (!(low <= high)) low = high = 0;  // nothing is finite
   Domain& domain = result.domain;
@@ -97,14 +107,18 @@ Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool 
   if (!std::isfinite(high - low)) domain.offset = 0;
   const double range = static_cast<double>(high) - static_cast<double>(low);
   domain.exponent = range > 0 ? std::min(std::ilogb(range), 127) : 0;
-  const double unit = std::ldexp(1.0, domain.exponent - static_cast<int>(Domain::fraction_of(VoxelType::kF32)));
-  domain.low = static_cast<std::int32_t>(std::ceil((static_cast<double>(low) - static_cast<double>(domain.offset)) / unit));
-  domain.high = static_cast<std::int32_t>(std::floor((static_cast<double>(high) - static_cast<double>(domain.offset)) / unit));
+  const double unit =
+      std::ldexp(1.0, domain.exponent - static_cast<int>(Domain::fraction_of(VoxelType::kF32)));
+  domain.low = static_cast<std::int32_t>(
+      std::ceil((static_cast<double>(low) - static_cast<double>(domain.offset)) / unit));
+  domain.high = static_cast<std::int32_t>(
+      std::floor((static_cast<double>(high) - static_cast<double>(domain.offset)) / unit));
   return result;
 }
 
 template <class T>
-std::vector<float> read_typed(const VolumeSource& source, const Domain& domain, const volumes::Box& box) {
+std::vector<float> read_typed(const VolumeSource& source, const Domain& domain,
+                              const volumes::Box& box) {
   const Extent blocks = ceil_div(box.size, kBlockEdge);
   std::vector<float> samples(blocks.voxels() * kBlockVoxels);
   std::vector<T> layer;
@@ -112,18 +126,20 @@ std::vector<float> read_typed(const VolumeSource& source, const Domain& domain, 
     const std::uint64_t depth = std::min<std::uint64_t>(kBlockEdge, box.size.z - bz * kBlockEdge);
     const Extent size{box.size.x, box.size.y, depth};
     layer.resize(size.voxels());
-    source.read({{box.origin.x, box.origin.y, box.origin.z + bz * kBlockEdge}, size}, reinterpret_cast<std::byte*>(layer.data()));
+    source.read({{box.origin.x, box.origin.y, box.origin.z + bz * kBlockEdge}, size},
+                reinterpret_cast<std::byte*>(layer.data()));
     float* block = samples.data() + bz * blocks.x * blocks.y * kBlockVoxels;
     for (std::uint64_t by = 0; by < blocks.y; ++by) {
       for (std::uint64_t bx = 0; bx < blocks.x; ++bx, block += kBlockVoxels) {
         double sum = 0;
         unsigned finite = 0;
         for (unsigned i = 0; i < kBlockVoxels; ++i) {
-          const T v =
-              layer[size.index({std::min<std::uint64_t>(bx * 4 + (i & 3), size.x - 1),
-                                std::min<std::uint64_t>(by * 4 + (i >> 2 & 3), size.y - 1), std::min<std::uint64_t>(i >> 4, depth - 1)})];
+          const T v = layer[size.index({std::min<std::uint64_t>(bx * 4 + (i & 3), size.x - 1),
+                                        std::min<std::uint64_t>(by * 4 + (i >> 2 & 3), size.y - 1),
+                                        std::min<std::uint64_t>(i >> 4, depth - 1)})];
           if constexpr (std::is_same_v<T, float>) {
-            block[i] = static_cast<float>(std::ldexp(static_cast<double>(v) - static_cast<double>(domain.offset), -domain.exponent));
+            block[i] = static_cast<float>(std::ldexp(
+                static_cast<double>(v) - static_cast<double>(domain.offset), -domain.exponent));
             if (std::isfinite(v)) sum += static_cast<double>(block[i]), ++finite;
           } else {
             block[i] = static_cast<float>(static_cast<int>(v) - domain.zero);
@@ -157,8 +173,10 @@ Expected<Survey> survey(const VolumeSource& source, ZeroValue zero, bool mask) {
   return result;
 }
 
-std::vector<float> read_blocks(const VolumeSource& source, const Domain& domain, const volumes::Box& box) {
-  return with_scalar_type(source.info().type, [&]<class T>() { return read_typed<T>(source, domain, box); });
+std::vector<float> read_blocks(const VolumeSource& source, const Domain& domain,
+                               const volumes::Box& box) {
+  return with_scalar_type(source.info().type,
+                          [&]<class T>() { return read_typed<T>(source, domain, box); });
 }
 
 }  // namespace cvr::codecs::tvq

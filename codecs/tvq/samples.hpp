@@ -1,4 +1,5 @@
-// From voxels to samples: what an encoder must know of a whole volume, and blocks of 4x4x4 samples near the origin.
+// From voxels to samples: what an encoder must know of a whole volume, and blocks of 4x4x4 samples
+// near the origin.
 #pragma once
 
 #include <optional>
@@ -20,13 +21,15 @@ struct Survey {
   std::vector<ExceptionRun> exceptions;
   std::vector<std::uint32_t> exception_bits;
 };
-/// Errors: kUnsupported where voxels are not finite and `mask` is false (the message has their number and the first position), or for
-/// the mode of f32.
+/// Errors: kUnsupported where voxels are not finite and `mask` is false (the message has their
+/// number and the first position), or for the mode of f32.
 Expected<Survey> survey(const VolumeSource& source, ZeroValue zero, bool mask);
 
-/// Samples of the blocks of a part of the volume, 64 a block, x fastest. Blocks beyond the volume's far sides repeat its last voxels.
-/// Voxels that are not finite become the mean of the finite ones of their block.
-std::vector<float> read_blocks(const VolumeSource& source, const Domain& domain, const volumes::Box& box);
+/// Samples of the blocks of a part of the volume, 64 a block, x fastest. Blocks beyond the volume's
+/// far sides repeat its last voxels. Voxels that are not finite become the mean of the finite ones
+/// of their block.
+std::vector<float> read_blocks(const VolumeSource& source, const Domain& domain,
+                               const volumes::Box& box);
 
 /// Units a sample.
 inline double units_of(const Domain& domain) { return static_cast<double>(1u << domain.fraction); }

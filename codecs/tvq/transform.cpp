@@ -13,14 +13,17 @@ namespace cvr::codecs::tvq {
 namespace {
 
 constexpr double kStoredUnit = 0x1p-14;
-constexpr std::uint64_t kChunk = 4096;  // blocks whose sums are added up before they meet the others
+constexpr std::uint64_t kChunk =
+    4096;  // blocks whose sums are added up before they meet the others
 
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
 /// Zone (in partition order) of the coefficient u + 4v + 16w.
 unsigned zone_of(unsigned o) {
-  static constexpr std::array<std::uint8_t, kZones> kPlace{0, 1, 2, 4, 3, 5, 6, 7};  // octant -> place: h0 h1 h2 h4 h3 h5 h6 h7
-  const unsigned octant = ((o & 3) >= 2 ? 1u : 0u) + ((o >> 2 & 3) >= 2 ? 2u : 0u) + ((o >> 4) >= 2 ? 4u : 0u);
+  static constexpr std::array<std::uint8_t, kZones> kPlace{
+      0, 1, 2, 4, 3, 5, 6, 7};  // octant -> place: h0 h1 h2 h4 h3 h5 h6 h7
+  const unsigned octant =
+      ((o & 3) >= 2 ? 1u : 0u) + ((o >> 2 & 3) >= 2 ? 2u : 0u) + ((o >> 4) >= 2 ? 4u : 0u);
   return kPlace[octant];
 }
 
@@ -28,13 +31,16 @@ Matrix4 dct_matrix() {
   Matrix4 t{};
   for (unsigned u = 0; u < 4; ++u) {
     for (unsigned x = 0; x < 4; ++x) {
-      t[u][x] = (u == 0 ? 0.5 : std::numbers::sqrt2 / 2) * std::cos(std::numbers::pi * (2 * x + 1) * u / 8);
+      t[u][x] = (u == 0 ? 0.5 : std::numbers::sqrt2 / 2) *
+                std::cos(std::numbers::pi * (2 * x + 1) * u / 8);
     }
   }
   return t;
 }
 
-std::int16_t to_stored(double value) { return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0, 1.0) / kStoredUnit)); }
+std::int16_t to_stored(double value) {
+  return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0, 1.0) / kStoredUnit));
+}
 
 /// The largest component of each row becomes positive; of equals (to 10^-6) the first.
 void fix_signs(std::vector<double>& rows, unsigned n) {
@@ -42,12 +48,14 @@ void fix_signs(std::vector<double>& rows, unsigned n) {
     double* row = rows.data() + r * n;
     double largest = 0;
     for (unsigned i = 0; i < n; ++i) largest = std::max(largest, std::abs(row[i]));
-    const double* first = std::find_if(row, row + n, [largest](double v) { return std::abs(v) >= (1 - 1e-6) * largest; });
+    const double* first = std::find_if(
+        row, row + n, [largest](double v) { return std::abs(v) >= (1 - 1e-6) * largest; });
     if (*first < 0) std::transform(row, row + n, row, std::negate<>());
   }
 }
 
-/// Adds a little more variance to lower orders, so that equal variances leave the vectors where they are.
+/// Adds a little more variance to lower orders, so that equal variances leave the vectors where
+/// they are.
 void regularise(std::vector<double>& matrix, unsigned n) {
   double trace = 0;
   for (unsigned i = 0; i < n; ++i) trace += matrix[i * n + i];
@@ -55,12 +63,14 @@ void regularise(std::vector<double>& matrix, unsigned n) {
     std::ranges::fill(matrix, 0.0);
     trace = 1e9;
   }
-  for (unsigned i = 0; i < n; ++i) matrix[i * n + i] += 1e-9 * trace / n * (1.0 - static_cast<double>(i) / n);
+  for (unsigned i = 0; i < n; ++i)
+    matrix[i * n + i] += 1e-9 * trace / n * (1.0 - static_cast<double>(i) / n);
 }
 
 /// Sums over all blocks of body(block, sums), chunk by chunk, the same for any number of threads.
 template <class F>
-std::vector<double> sum_blocks(std::span<const float> blocks, unsigned threads, std::size_t sums, F&& body) {
+std::vector<double> sum_blocks(std::span<const float> blocks, unsigned threads, std::size_t sums,
+                               F&& body) {
   const std::uint64_t count = blocks.size() / kBlockVoxels;
   const std::uint64_t chunks = (count + kChunk - 1) / kChunk;
   std::vector<std::vector<double>> partial(chunks);
@@ -77,20 +87,23 @@ std::vector<double> sum_blocks(std::span<const float> blocks, unsigned threads, 
 }
 
 std::vector<std::int16_t> fit_separable(std::span<const float> blocks, unsigned threads) {
-  // Second moments of the lines of each axis, in samples: exact for integers; the rotation to the DCT comes after the sum.
-  const std::vector<double> moments = sum_blocks(blocks, threads, 3 * 16, [](const float* block, double* sums) {
-    static constexpr unsigned kStep[3] = {1, 4, 16}, kFirst[3] = {4, 1, 1}, kSecond[3] = {16, 16, 4};
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      for (unsigned line = 0; line < 16; ++line) {
-        const float* at = block + (line & 3) * kFirst[axis] + (line >> 2) * kSecond[axis];
-        double v[4];
-        for (unsigned i = 0; i < 4; ++i) v[i] = static_cast<double>(at[i * kStep[axis]]);
-        for (unsigned i = 0; i < 4; ++i) {
-          for (unsigned j = 0; j < 4; ++j) sums[axis * 16 + i * 4 + j] += v[i] * v[j];
+  // Second moments of the lines of each axis, in samples: exact for integers; the rotation to the
+  // DCT comes after the sum.
+  const std::vector<double> moments =
+      sum_blocks(blocks, threads, 3 * 16, [](const float* block, double* sums) {
+        static constexpr unsigned kStep[3] = {1, 4, 16}, kFirst[3] = {4, 1, 1},
+                                  kSecond[3] = {16, 16, 4};
+        for (unsigned axis = 0; axis < 3; ++axis) {
+          for (unsigned line = 0; line < 16; ++line) {
+            const float* at = block + (line & 3) * kFirst[axis] + (line >> 2) * kSecond[axis];
+            double v[4];
+            for (unsigned i = 0; i < 4; ++i) v[i] = static_cast<double>(at[i * kStep[axis]]);
+            for (unsigned i = 0; i < 4; ++i) {
+              for (unsigned j = 0; j < 4; ++j) sums[axis * 16 + i * 4 + j] += v[i] * v[j];
+            }
+          }
         }
-      }
-    }
-  });
+      });
   const Matrix4 t = dct_matrix();
   std::vector<std::int16_t> stored;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -98,7 +111,8 @@ std::vector<std::int16_t> fit_separable(std::span<const float> blocks, unsigned 
     for (unsigned u = 1; u < 4; ++u) {
       for (unsigned v = 1; v < 4; ++v) {
         for (unsigned i = 0; i < 4; ++i) {
-          for (unsigned j = 0; j < 4; ++j) c[(u - 1) * 3 + v - 1] += t[u][i] * moments[axis * 16 + i * 4 + j] * t[v][j];
+          for (unsigned j = 0; j < 4; ++j)
+            c[(u - 1) * 3 + v - 1] += t[u][i] * moments[axis * 16 + i * 4 + j] * t[v][j];
         }
       }
     }
@@ -126,12 +140,13 @@ std::vector<std::int16_t> fit_full(std::span<const float> blocks, unsigned threa
   constexpr unsigned n = kBlockVoxels - 1;
   std::vector<float> coefficients(blocks.begin(), blocks.end());
   dct.forward(coefficients, threads);
-  std::vector<double> c = sum_blocks(coefficients, threads, n * n, [](const float* block, double* sums) {
-    for (unsigned i = 0; i < n; ++i) {
-      const double v = static_cast<double>(block[i + 1]);
-      for (unsigned j = 0; j < n; ++j) sums[i * n + j] += v * static_cast<double>(block[j + 1]);
-    }
-  });
+  std::vector<double> c =
+      sum_blocks(coefficients, threads, n * n, [](const float* block, double* sums) {
+        for (unsigned i = 0; i < n; ++i) {
+          const double v = static_cast<double>(block[i + 1]);
+          for (unsigned j = 0; j < n; ++j) sums[i * n + j] += v * static_cast<double>(block[j + 1]);
+        }
+      });
   regularise(c, n);
   std::vector<double> q = eigenvectors(std::move(c), n);
   fix_signs(q, n);
@@ -150,7 +165,8 @@ std::vector<std::int16_t> fit_full(std::span<const float> blocks, unsigned threa
   for (unsigned k = 0; k < n; ++k) {
     for (unsigned i = 0; i < kBlockVoxels; ++i) {
       double value = 0;
-      for (unsigned j = 0; j < n; ++j) value += q[k * n + j] * static_cast<double>(dct.fixed(j + 1, i)) * 0x1p-24;
+      for (unsigned j = 0; j < n; ++j)
+        value += q[k * n + j] * static_cast<double>(dct.fixed(j + 1, i)) * 0x1p-24;
       stored[(place[k] - 1) * kBlockVoxels + i] = to_stored(value);
     }
   }
@@ -185,26 +201,31 @@ Basis::Basis(TransformKind kind, std::span<const std::int16_t> stored)
     : kind_(kind), stored_(stored.begin(), stored.end()), fixed_(kBlockVoxels * kBlockVoxels) {
   if (kind == TransformKind::kKltFull) {
     for (unsigned i = 0; i < kBlockVoxels; ++i) fixed_[i] = 1 << (kFractionBits - 3);
-    for (std::size_t i = 0; i < stored_.size(); ++i) fixed_[kBlockVoxels + i] = stored_[i] * (1 << (kFractionBits - 14));
+    for (std::size_t i = 0; i < stored_.size(); ++i)
+      fixed_[kBlockVoxels + i] = stored_[i] * (1 << (kFractionBits - 14));
     return;
   }
   std::array<std::array<std::int64_t, 16>, 3> axis{};
   const Matrix4 t = dct_matrix();
   for (unsigned a = 0; a < 3; ++a) {
-    for (unsigned i = 0; i < 16; ++i) axis[a][i] = kind == TransformKind::kDct ? to_stored(t[i / 4][i % 4]) : stored_[a * 16 + i];
+    for (unsigned i = 0; i < 16; ++i)
+      axis[a][i] = kind == TransformKind::kDct ? to_stored(t[i / 4][i % 4]) : stored_[a * 16 + i];
   }
   const auto place = partition_order();
   for (unsigned o = 0; o < kBlockVoxels; ++o) {
     for (unsigned i = 0; i < kBlockVoxels; ++i) {
-      const std::int64_t product =
-          axis[0][(o & 3) * 4 + (i & 3)] * axis[1][(o >> 2 & 3) * 4 + (i >> 2 & 3)] * axis[2][(o >> 4) * 4 + (i >> 4)];
-      fixed_[place[o] * kBlockVoxels + i] = static_cast<std::int32_t>((product + (std::int64_t{1} << 17)) >> 18);  // 2^42 -> 2^24
+      const std::int64_t product = axis[0][(o & 3) * 4 + (i & 3)] *
+                                   axis[1][(o >> 2 & 3) * 4 + (i >> 2 & 3)] *
+                                   axis[2][(o >> 4) * 4 + (i >> 4)];
+      fixed_[place[o] * kBlockVoxels + i] =
+          static_cast<std::int32_t>((product + (std::int64_t{1} << 17)) >> 18);  // 2^42 -> 2^24
     }
   }
 }
 
 void Basis::forward(std::span<float> blocks, unsigned threads) const {
-  std::vector<float> columns(kBlockVoxels * kBlockVoxels);  // voxel-major: all coefficients of one voxel together
+  std::vector<float> columns(kBlockVoxels *
+                             kBlockVoxels);  // voxel-major: all coefficients of one voxel together
   for (unsigned i = 0; i < kBlockVoxels; ++i) {
     for (unsigned k = 0; k < kBlockVoxels; ++k) columns[i * kBlockVoxels + k] = value(k, i);
   }
@@ -285,10 +306,12 @@ std::vector<double> eigenvectors(std::vector<double> a, unsigned n) {
   }
   std::vector<unsigned> order(n);
   std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, [&](unsigned i, unsigned j) { return a[i * n + i] > a[j * n + j]; });
+  std::ranges::stable_sort(order,
+                           [&](unsigned i, unsigned j) { return a[i * n + i] > a[j * n + j]; });
   std::vector<double> rows;
   rows.reserve(n * n);
-  for (const unsigned i : order) rows.insert(rows.end(), v.begin() + i * n, v.begin() + (i + 1) * n);
+  for (const unsigned i : order)
+    rows.insert(rows.end(), v.begin() + i * n, v.begin() + (i + 1) * n);
   return rows;
 }
 

@@ -1,5 +1,6 @@
-// Vector quantisation of blocks of 4x4x4 voxels: vq of whole blocks, hvq of a hierarchy of means (Schneider & Westermann 2003), tvq of
-// transform coefficients with classified codebooks (Fout & Ma 2007).
+// Vector quantisation of blocks of 4x4x4 voxels: vq of whole blocks, hvq of a hierarchy of means
+// (Schneider & Westermann 2003), tvq of transform coefficients with classified codebooks (Fout & Ma
+// 2007).
 #pragma once
 
 #include "codecs/codec.hpp"

@@ -1,12 +1,14 @@
-// Confirms or refutes the claims of a configuration from rows: one verdict a group, and one for the claim.
+// Confirms or refutes the claims of a configuration from rows: one verdict a group, and one for the
+// claim.
 //
-// Exact figures (sizes, errors, counts) are compared as they are. A time has the interval of its median; so have a difference and a ratio,
-// from the ends of both sides' intervals. A claim holds where all of the interval lies within its bounds, does not hold where none of it
-// does, and is undecided between; so is a time without an interval, having been repeated too seldom. What was not run, has failed, is
-// unsupported or without data cannot be checked.
+// Exact figures (sizes, errors, counts) are compared as they are. A time has the interval of its
+// median; so have a difference and a ratio, from the ends of both sides' intervals. A claim holds
+// where all of the interval lies within its bounds, does not hold where none of it does, and is
+// undecided between; so is a time without an interval, having been repeated too seldom. What was
+// not run, has failed, is unsupported or without data cannot be checked.
 //
-// A claim about several groups holds if it holds in all (most, some: claim_spec.hpp) of those that can be checked, and is undecided where
-// the undecided groups would tip it.
+// A claim about several groups holds if it holds in all (most, some: claim_spec.hpp) of those that
+// can be checked, and is undecided where the undecided groups would tip it.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +16,9 @@
 #include <string_view>
 #include <vector>
 
-#include "experiments/config/config.hpp"
 #include "experiments/analysis/reading.hpp"
 #include "experiments/analysis/tables.hpp"
+#include "experiments/config/config.hpp"
 
 namespace cvr::experiments {
 
@@ -28,14 +30,16 @@ std::string_view name_of(Verdict verdict);
 struct Comparand {
   std::vector<std::optional<double>> sides;  ///< of curves none
   double value = 0;
-  std::optional<Interval> interval;  ///< of exact figures the value itself; none of times that were repeated too seldom
+  std::optional<Interval>
+      interval;  ///< of exact figures the value itself; none of times that were repeated too seldom
 };
 
 struct GroupVerdict {
   std::vector<std::string> labels;  ///< values of the labels of `each`
   Verdict verdict = Verdict::kUnchecked;
-  std::string reason;               ///< the figures, or why it cannot be checked
-  std::vector<Comparand> compared;  ///< one, of an order one for each pair; empty where it cannot be checked
+  std::string reason;  ///< the figures, or why it cannot be checked
+  std::vector<Comparand>
+      compared;  ///< one, of an order one for each pair; empty where it cannot be checked
 };
 
 struct ClaimVerdict {
@@ -46,13 +50,16 @@ struct ClaimVerdict {
   std::size_t count(Verdict verdict) const;
 };
 
-/// Throws InputError (FILE:LINE:COLUMN of the side) for a side without cells in a group, or with several lines where it is no curve.
+/// Throws InputError (FILE:LINE:COLUMN of the side) for a side without cells in a group, or with
+/// several lines where it is no curve.
 void check_claims(const Config& config);
 
-/// The last row of a cell counts. Throws InputError for a file of published figures that cannot be read. Points into `config`.
+/// The last row of a cell counts. Throws InputError for a file of published figures that cannot be
+/// read. Points into `config`.
 std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<Row>& rows);
 
-/// A line for each claim; of several groups how many have which verdict, and the range of their figures.
+/// A line for each claim; of several groups how many have which verdict, and the range of their
+/// figures.
 Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdicts);
 /// A line for each group of each claim.
 Table groups_table(const std::vector<ClaimVerdict>& verdicts);

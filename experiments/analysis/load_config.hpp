@@ -1,5 +1,5 @@
-// A configuration as commands use it: read, and its tables and claims held to the metrics that there
-// are and the cells that it has.
+// A configuration as commands use it: read, and its tables and claims held to the metrics that
+// there are and the cells that it has.
 #pragma once
 
 #include <string>

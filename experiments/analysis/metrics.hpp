@@ -1,5 +1,5 @@
-// The columns that tables can have: each metric names the stage whose row it reads, its unit, and what it
-// means.
+// The columns that tables can have: each metric names the stage whose row it reads, its unit, and
+// what it means.
 #pragma once
 
 #include <map>
@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
+#include "experiments/analysis/rate_distortion.hpp"
+#include "experiments/analysis/reading.hpp"
 #include "experiments/config/cells.hpp"
 #include "experiments/config/metric_names.hpp"
 #include "experiments/config/published.hpp"
-#include "experiments/analysis/rate_distortion.hpp"
-#include "experiments/analysis/reading.hpp"
 #include "experiments/results/rows.hpp"
 
 namespace cvr::experiments {
@@ -22,8 +22,8 @@ namespace cvr::experiments {
 struct LineContext {
   std::map<Stage, const Row*> rows;
   const PublishedFigure* published = nullptr;
-  bool pseudo = false;  ///< a line of memcpy: has no size
-  bool on_front = false;  ///< no line of the same data set has fewer bits and a higher PSNR
+  bool pseudo = false;           ///< a line of memcpy: has no size
+  bool on_front = false;         ///< no line of the same data set has fewer bits and a higher PSNR
   bool on_access_front = false;  ///< ... fewer bits and faster access to uniform points
 };
 
@@ -35,10 +35,12 @@ struct Metric {
   bool numeric = true;  ///< whether what it reads is a number, as claims need it
 };
 
-/// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok knows both.
+/// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok
+/// knows both.
 std::optional<RatePoint> rate_point(const LineContext& line);
 
-/// Bits a voxel of the line and, as its quality, minus the ns that a uniform point of the finest level takes.
+/// Bits a voxel of the line and, as its quality, minus the ns that a uniform point of the finest
+/// level takes.
 std::optional<RatePoint> access_point(const LineContext& line);
 
 std::span<const Metric> all_metrics();

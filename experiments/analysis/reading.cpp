@@ -15,7 +15,8 @@ std::optional<Interval> interval_of(std::span<const double> samples) {
 Reading timed(Reading reading, std::span<const double> samples, double factor) {
   reading.timed = true;
   reading.interval = interval_of(samples);
-  if (reading.interval) reading.interval = {factor * reading.interval->low, factor * reading.interval->high};
+  if (reading.interval)
+    reading.interval = {factor * reading.interval->low, factor * reading.interval->high};
   return reading;
 }
 
@@ -24,7 +25,8 @@ Reading of_whole(Reading reading, const Row& row) {
   const double factor = whole_over_part(row);
   reading.number = factor * *reading.number;
   reading.text = fmt::format("{:.4g}", *reading.number);
-  if (reading.interval) reading.interval = {factor * reading.interval->low, factor * reading.interval->high};
+  if (reading.interval)
+    reading.interval = {factor * reading.interval->low, factor * reading.interval->high};
   return reading;
 }
 

@@ -1,4 +1,5 @@
-// What a metric reads from the rows of a line: a text for tables, and the number behind it for claims.
+// What a metric reads from the rows of a line: a text for tables, and the number behind it for
+// claims.
 #pragma once
 
 #include <optional>
@@ -14,9 +15,9 @@ struct Interval {
 };
 
 struct Reading {
-  std::string text;                  ///< "" where there is none; the status where the row that it needs is not ok
-  std::optional<double> number;      ///< of what has one; infinity for the PSNR of what is exact
-  bool timed = false;                ///< a time, or a speed made of one: the number differs from run to run
+  std::string text;  ///< "" where there is none; the status where the row that it needs is not ok
+  std::optional<double> number;  ///< of what has one; infinity for the PSNR of what is exact
+  bool timed = false;  ///< a time, or a speed made of one: the number differs from run to run
   std::optional<Interval> interval;  ///< of a time that was measured often enough
 
   Reading() = default;
@@ -25,17 +26,19 @@ struct Reading {
   Reading(std::string with_text, double value) : text(std::move(with_text)), number(value) {}
 };
 
-/// Fewer repetitions of a time have no interval: two that agree by chance would prove what they do not.
+/// Fewer repetitions of a time have no interval: two that agree by chance would prove what they do
+/// not.
 inline constexpr std::size_t kLeastRepetitions = 3;
 
-/// The 95 % interval of the median of repeated times, minimum and maximum where there are fewer than six (statistics.hpp); none of fewer
-/// than kLeastRepetitions.
+/// The 95 % interval of the median of repeated times, minimum and maximum where there are fewer
+/// than six (statistics.hpp); none of fewer than kLeastRepetitions.
 std::optional<Interval> interval_of(std::span<const double> samples);
 
 /// The reading as a time whose repetitions are `samples`, each multiplied by `factor`.
 Reading timed(Reading reading, std::span<const double> samples, double factor = 1);
 
-/// The same for the whole of what the row measured a part of (whole_over_part), with four significant digits.
+/// The same for the whole of what the row measured a part of (whole_over_part), with four
+/// significant digits.
 Reading of_whole(Reading reading, const Row& row);
 
 }  // namespace cvr::experiments

@@ -9,7 +9,8 @@ namespace cvr::experiments {
 
 std::span<const Metric> render_metrics();
 
-/// What a publication states of the same quantity, for tables that put both into one cell; nullptr where there is nothing such.
+/// What a publication states of the same quantity, for tables that put both into one cell; nullptr
+/// where there is nothing such.
 const Metric* published_beside(const Metric& metric);
 
 }  // namespace cvr::experiments

@@ -42,7 +42,8 @@ double quantile(std::span<const double> ascending, double q) {
   const double position = q * static_cast<double>(ascending.size() - 1);
   const auto below = static_cast<std::size_t>(position);
   const std::size_t above = std::min(below + 1, ascending.size() - 1);
-  return ascending[below] + (position - static_cast<double>(below)) * (ascending[above] - ascending[below]);
+  return ascending[below] +
+         (position - static_cast<double>(below)) * (ascending[above] - ascending[below]);
 }
 
 double median_interval_coverage(std::size_t n, std::size_t k) {
@@ -50,8 +51,8 @@ double median_interval_coverage(std::size_t n, std::size_t k) {
   double tail = 0;
   for (std::size_t i = 0; i < k; ++i) {
     const auto dn = static_cast<double>(n), di = static_cast<double>(i);
-    tail +=
-        std::exp(std::lgamma(dn + 1) - std::lgamma(di + 1) - std::lgamma(dn - di + 1) - dn * std::log(2.0));
+    tail += std::exp(std::lgamma(dn + 1) - std::lgamma(di + 1) - std::lgamma(dn - di + 1) -
+                     dn * std::log(2.0));
   }
   return std::max(0.0, 1 - 2 * tail);
 }
@@ -91,7 +92,8 @@ Statistics summarize(std::span<const double> samples) {
 }
 
 double Statistics::relative_interval() const {
-  if (interval_coverage < kConfidence || median <= 0) return std::numeric_limits<double>::infinity();
+  if (interval_coverage < kConfidence || median <= 0)
+    return std::numeric_limits<double>::infinity();
   return (interval_high - interval_low) / median;
 }
 
@@ -101,7 +103,8 @@ std::string Statistics::note() const {
   if (interval_coverage < kConfidence) add(fmt::format("n = {}", n));
   if (median <= 0) add("the clock did not advance");
   if (bimodal) add("bimodal");
-  if (outliers > 0 && !bimodal) add(fmt::format("{} outlier{}", outliers, outliers == 1 ? "" : "s"));
+  if (outliers > 0 && !bimodal)
+    add(fmt::format("{} outlier{}", outliers, outliers == 1 ? "" : "s"));
   return text;
 }
 

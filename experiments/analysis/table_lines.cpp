@@ -4,7 +4,8 @@
 
 namespace cvr::experiments {
 
-std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Config& config, const std::map<std::string, Row>& latest) {
+std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Config& config,
+                                     const std::map<std::string, Row>& latest) {
   std::vector<TableLine> lines;
   std::map<std::string, std::size_t> by_key;
   for (const Cell& cell : config.cells) {
@@ -13,7 +14,8 @@ std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Co
     Filter applicable = where;
     if (cell.codec == kMemcpy) {
       std::erase_if(applicable.only, [](const auto& c) {
-        return c.first != "dataset" && c.first != "kind" && c.first != "codec" && c.first != "threads";
+        return c.first != "dataset" && c.first != "kind" && c.first != "codec" &&
+               c.first != "threads";
       });
     }
     if (!applicable.keeps(cell)) continue;
@@ -24,13 +26,16 @@ std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Co
   }
   // Line order: data sets, then threads, then codecs as the configuration lists them.
   std::map<std::string, std::size_t> dataset_order;
-  for (const TableLine& line : lines) dataset_order.emplace(line.cell->dataset->name, dataset_order.size());
-  std::ranges::stable_sort(lines, {}, [&](const TableLine& line) { return dataset_order[line.cell->dataset->name]; });
+  for (const TableLine& line : lines)
+    dataset_order.emplace(line.cell->dataset->name, dataset_order.size());
+  std::ranges::stable_sort(
+      lines, {}, [&](const TableLine& line) { return dataset_order[line.cell->dataset->name]; });
   return lines;
 }
 
 LineContext context_of(const TableLine& line, const std::optional<PublishedTable>& published) {
-  return {line.rows, published ? published->find(*line.cell) : nullptr, line.cell->codec == kMemcpy};
+  return {line.rows, published ? published->find(*line.cell) : nullptr,
+          line.cell->codec == kMemcpy};
 }
 
 }  // namespace cvr::experiments

@@ -10,10 +10,10 @@
 
 #include "experiments/analysis/escaping.hpp"
 #include "experiments/analysis/metrics.hpp"
-#include "experiments/results/provenance.hpp"
-#include "experiments/config/published.hpp"
 #include "experiments/analysis/render_metrics.hpp"
 #include "experiments/analysis/table_lines.hpp"
+#include "experiments/config/published.hpp"
+#include "experiments/results/provenance.hpp"
 #include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {

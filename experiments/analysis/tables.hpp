@@ -1,5 +1,5 @@
-// Tables: lines of text cells made from rows, rendered as Markdown (aligned, so it reads on a terminal too),
-// CSV or LaTeX.
+// Tables: lines of text cells made from rows, rendered as Markdown (aligned, so it reads on a
+// terminal too), CSV or LaTeX.
 #pragma once
 
 #include <optional>
@@ -24,8 +24,8 @@ struct Table {
   std::vector<std::string> notes;  ///< below the table: machine, stand-ins, statuses
 };
 
-/// The table of a configuration from rows; the last row of a cell counts. Cells that were not run yet are
-/// named in a note.
+/// The table of a configuration from rows; the last row of a cell counts. Cells that were not run
+/// yet are named in a note.
 Table make_table(const TableSpec& spec, const Config& config, const std::vector<Row>& rows);
 
 std::string render(const Table& table, TableFormat format);

@@ -8,9 +8,9 @@
 #include <sstream>
 #include <system_error>
 
-#include "experiments/results/build_info.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/standard_output.hpp"
+#include "experiments/results/build_info.hpp"
 #include "experiments/run/worker_process.hpp"
 #include "gpu/vulkan/device.hpp"
 #include "volumes/plain_text.hpp"

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "codecs/registry.hpp"
-#include "experiments/cli/commands.hpp"
 #include "experiments/analysis/metrics.hpp"
+#include "experiments/cli/commands.hpp"
 #include "gpu/caches/cache.hpp"
 #include "gpu/vulkan/device.hpp"
 
@@ -93,11 +93,13 @@ void list_datasets(const std::string& folder, const Environment& environment, bo
     }
     const std::string where = !location.present        ? "absent: " + location.missing
                               : !location.path.empty() ? "present"
-                              : dataset.file.empty()   ? "generated"
-                                                       : "absent, a generated stand-in takes its place";
+                              : dataset.file.empty()
+                                  ? "generated"
+                                  : "absent, a generated stand-in takes its place";
     fmt::print("{:<26} {:<7} {:<3} {:>16}  {}\n{:<28}{}\n", dataset.name, name_of(dataset.kind),
                name_of(dataset.type),
-               to_string(dataset.extent) + (dataset.time_steps == 1 ? "" : fmt::format(" x{}", dataset.time_steps)),
+               to_string(dataset.extent) +
+                   (dataset.time_steps == 1 ? "" : fmt::format(" x{}", dataset.time_steps)),
                dataset.title, "", where);
   }
   if (json) print_json(all);
@@ -106,7 +108,8 @@ void list_datasets(const std::string& folder, const Environment& environment, bo
 void list_metrics(bool json) {
   Row all = Row::array();
   for (const Metric& metric : all_metrics()) {
-    all.push_back({{"name", metric.name}, {"heading", metric.heading}, {"description", metric.description}});
+    all.push_back(
+        {{"name", metric.name}, {"heading", metric.heading}, {"description", metric.description}});
     if (!json) fmt::print("{:<21} {:<17} {}\n", metric.name, metric.heading, metric.description);
   }
   if (json) print_json(all);
@@ -144,8 +147,8 @@ int list_devices(bool json) {
                    {"usable", d.rejected.empty()},
                    {"rejected", d.rejected}});
     if (json) continue;
-    fmt::print("{}  {} ({}, {}, Vulkan {}), {} MiB, subgroups of {}\n", d.index, d.name, d.type, d.driver,
-               d.api, d.memory >> 20, d.subgroup);
+    fmt::print("{}  {} ({}, {}, Vulkan {}), {} MiB, subgroups of {}\n", d.index, d.name, d.type,
+               d.driver, d.api, d.memory >> 20, d.subgroup);
     for (const std::string& reason : d.rejected) fmt::print("   rejected: {}\n", reason);
   }
   if (json) print_json(all);
@@ -162,10 +165,12 @@ struct ListOptions {
 }  // namespace
 
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code) {
-  auto* command = app.add_subcommand("list", "Lists codecs, data sets, metrics, access modes or devices");
+  auto* command =
+      app.add_subcommand("list", "Lists codecs, data sets, metrics, access modes or devices");
   auto options = std::make_shared<ListOptions>();
   options->data = environment.data;
-  command->add_option("what", options->what, "codecs | datasets | metrics | caches | devices")->required();
+  command->add_option("what", options->what, "codecs | datasets | metrics | caches | devices")
+      ->required();
   command->add_option("--datasets", options->datasets, "folder of data set descriptions");
   command->add_option("--data", options->data, "folder that ${CVRBENCH_DATA} stands for");
   command->add_flag("--json", options->json, "an array of objects on standard output");

@@ -8,11 +8,11 @@
 #include <cstring>
 #include <filesystem>
 
-#include "experiments/results/build_info.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
-#include "experiments/tracking/history.hpp"
+#include "experiments/results/build_info.hpp"
 #include "experiments/run/worker_process.hpp"
+#include "experiments/tracking/history.hpp"
 #include "volumes/io/file.hpp"
 
 extern char** environ;

@@ -1,4 +1,3 @@
-#include "experiments/analysis/load_config.hpp"
 #include "experiments/cli/run_choices.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +10,7 @@
 #include <array>
 #include <filesystem>
 
+#include "experiments/analysis/load_config.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/config/table_spec.hpp"
 #include "experiments/config/yaml_reader.hpp"
@@ -211,8 +211,8 @@ int exit_code_of(const RunSummary& summary, const std::string& rows_path) {
   return end_with_nothing(
       code,
       fmt::format("nothing was measured: no cell is ok ({}); the last one: {}; {} tells of each",
-                  counts,
-                  summary.last_reason.empty() ? "no reason given" : summary.last_reason, rows_path));
+                  counts, summary.last_reason.empty() ? "no reason given" : summary.last_reason,
+                  rows_path));
 }
 
 bool any_ok(const std::vector<Row>& rows) {

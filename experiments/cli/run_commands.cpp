@@ -8,12 +8,12 @@
 #include <set>
 
 #include "experiments/analysis/claims.hpp"
+#include "experiments/analysis/tables.hpp"
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/cli/run_choices.hpp"
 #include "experiments/run/run_folder.hpp"
-#include "experiments/analysis/tables.hpp"
 #include "experiments/run/worker.hpp"
 #include "volumes/plain_text.hpp"
 

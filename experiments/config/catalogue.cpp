@@ -128,8 +128,7 @@ Dataset read_dataset(const std::string& name, const YamlValue& value,
     d.generator->parameters["steps"] = static_cast<double>(d.time_steps);
   if (d.file.empty() && (!d.axes.empty() || d.allow_external))
     value.expected("axes and allow_external only beside a file");
-  if (!d.voxel_unit.empty() && !d.voxel_size)
-    value.expected("voxel_unit only beside a voxel_size");
+  if (!d.voxel_unit.empty() && !d.voxel_size) value.expected("voxel_unit only beside a voxel_size");
   if (is_too_large(d.extent, d.time_steps))
     value.reject(fmt::format("expected at most {} voxels in all, found {} in {} steps", kMostVoxels,
                              to_string(d.extent), d.time_steps));

@@ -1,6 +1,7 @@
-// A cell: data set x codec x parameters x stage x threads, and of the render stage what render_choice.hpp lists. Each has an id made of what it is, so that
-// finished work is found again: the hash of its canonical text, in which the data set stands with its
-// identity and the codec with its version.
+// A cell: data set x codec x parameters x stage x threads, and of the render stage what
+// render_choice.hpp lists. Each has an id made of what it is, so that finished work is found again:
+// the hash of its canonical text, in which the data set stands with its identity and the codec with
+// its version.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +18,14 @@
 namespace cvr::experiments {
 
 enum class Stage : std::uint8_t { kEncode, kDecode, kRandomAccess, kRender };
-inline constexpr std::array kStages{Stage::kEncode, Stage::kDecode, Stage::kRandomAccess, Stage::kRender};
+inline constexpr std::array kStages{Stage::kEncode, Stage::kDecode, Stage::kRandomAccess,
+                                    Stage::kRender};
 /// "encode", "decode", "random-access", "render".
 std::string_view name_of(Stage stage);
 std::optional<Stage> stage_from_name(std::string_view name);
 
-/// The pseudo codec of the first line of a table: copies the voxels, the speed of light of this machine.
+/// The pseudo codec of the first line of a table: copies the voxels, the speed of light of this
+/// machine.
 inline constexpr std::string_view kMemcpy = "memcpy";
 
 /// "1", "16" or "all": all is the number of cores here.
@@ -40,8 +43,8 @@ struct Cell {
   Threads threads;
   std::optional<RenderChoice> render = std::nullopt;  ///< of the render stage, and only there
 
-  /// What joins the cells of one table line across stages and runs: data set, extent, codec, parameters,
-  /// threads; a cell of the render stage has a line of its own.
+  /// What joins the cells of one table line across stages and runs: data set, extent, codec,
+  /// parameters, threads; a cell of the render stage has a line of its own.
   std::string line_key() const;
   /// line_key and stage: finds a cell's row without its data being present.
   std::string row_key() const;
@@ -56,14 +59,15 @@ std::string canonical_text(const Cell& cell, const std::string& data_identity);
 /// 16 hexadecimal digits: XXH3-64 of the canonical text.
 std::string cell_id(const Cell& cell, const std::string& data_identity);
 
-/// What a cell is called in tables: the value of dataset, kind, codec, extent, type, parameters, threads, one of kRenderLabels, or a
-/// parameter's name; "" where the cell has no such thing.
+/// What a cell is called in tables: the value of dataset, kind, codec, extent, type, parameters,
+/// threads, one of kRenderLabels, or a parameter's name; "" where the cell has no such thing.
 std::string label_of(const Cell& cell, const std::string& key);
 
 /// Labels and globs.
 using Conditions = std::vector<std::pair<std::string, std::string>>;
 
-/// Keeps a cell: every key of `only` (stage, or what label_of knows, threads as a number) has a matching glob.
+/// Keeps a cell: every key of `only` (stage, or what label_of knows, threads as a number) has a
+/// matching glob.
 struct Filter {
   Conditions only;
   bool keeps(const Cell& cell) const;

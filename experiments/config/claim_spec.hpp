@@ -12,7 +12,8 @@
 //       at_least: NUMBER   at_most: NUMBER     of the figure, difference or ratio; one of them or both, not beside order
 //       tolerance: 0                     widens the bounds
 //       over: METRIC                     the sides are curves of a PSNR over this metric, and their difference is the mean over the
-//                                        logarithm of what both have (bd_psnr of rate_distortion.hpp)
+//                                        logarithm of what both have (bd_psnr of
+//                                        rate_distortion.hpp)
 //       each: [LABEL, ..]                a group for each combination of values; default: one group
 //       where: {LABEL: GLOB or [GLOBS]}  restricts all sides
 //       holds_in: all | most | some      of the groups that can be checked, where the paper speaks of such a share; default: all

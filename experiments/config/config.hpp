@@ -13,7 +13,8 @@
 //   lods: all | [0, 1]         levels of detail of random access
 //   device: TEXT               that draws: an index or a part of a name or type ('list devices'); default: the renderer's choice
 //   matrix:                    a list of blocks; the cells are the union of their products
-//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4, exchange_axes: 1,
+//     - datasets: [NAME, {name: NAME, scale: 0.3, extent: [x, y, z], bytes_per_voxel: 4,
+//       exchange_axes: 1,
 //                   axes: zyx, allow_external: true},      the last two of files, in place of what the catalogue says of them
 //                  {generator: KIND, extent: [x, y, z], seed: 1, parameters: {..}, name: NAME}]
 //       codecs: all | lossless | lossy | [ID, {id: ID, parameters: {NAME: VALUE or [VALUES]}}]      a list of values multiplies the cells
@@ -26,18 +27,21 @@
 //       lod_bias: 0 or a list  default: the scene's own                         ao_samples: 1 or a list; frames a camera, averaged
 //       size: [W, H]   frames: N           default: the scene's own             brick: 32, of codecs without bricks of their own
 //       path_parts: 4          of the scene's own path so many evenly spaced parts of consecutive frames, `frames` together, so that a short
-//                              run moves as slowly as a long one; default 0: `frames` spread over the whole path
+//                              run moves as slowly as a long one; default 0: `frames` spread over
+//                              the whole path
 //       count_path: 0          do not draw the path once more by kernels that count; default 1
 //       jump_frames: 8         frames compared with the truth after a camera jump; default none
 //       held_frames: 5         0 .. 1000 frames of the scene's held view, timed in each round after the path once the picture is exact and
-//                              the cache filled; each is drawn anew as a first frame is; default 0, none
+//                              the cache filled; each is drawn anew as a first frame is; default 0,
+//                              none
 //       picture_error: 1       compare pictures with those of level bias 0 and 256 samples; default 0
 //       keep_pictures: 1       leave the picture of the held view, and eight times its difference to that of the original volume by the
 //                              reference renderer, as PNG in OUT/pictures; default 0
 //   tables:
 //     - name: NAME   title: TEXT   rows: [dataset, codec, ...]   columns: [METRIC, ...]
 //       where: {LABEL: GLOB or [GLOBS]}          published: {file: PATH beside this file, table: NAME}
-//       A table that names scene, cache, shading, cache_mib, lod_bias, ao_samples, size or frames is about cells of the stage
+//       A table that names scene, cache, shading, cache_mib, lod_bias, ao_samples, size or frames
+//       is about cells of the stage
 //       render, any other about the rest.
 //       bd_psnr: "zfp rate"    in place of `columns`: lines that agree in `rows` are a curve of PSNR over bits a voxel, and each curve
 //                              is compared with the one whose labels but the data set are these

@@ -307,13 +307,12 @@ std::unique_ptr<VolumeSource> open_location(const Location& location, unsigned t
     exchange_axes_of(in_order.info);
     return std::make_unique<ExchangedSource>(*open_location(in_order, threads));
   }
-  auto source =
-      location.path.empty()
-          ? volumes::make_generator(location.generator->kind, location.info.step_extent(),
-                                    location.generator->seed, location.generator->parameters,
-                                    threads)
-          : volumes::open_volume(location.path,
-                                 {location.info.kind, location.axes, location.allow_external});
+  auto source = location.path.empty()
+                    ? volumes::make_generator(location.generator->kind, location.info.step_extent(),
+                                              location.generator->seed,
+                                              location.generator->parameters, threads)
+                    : volumes::open_volume(location.path, {location.info.kind, location.axes,
+                                                           location.allow_external});
   if (source->info().voxel_size == location.info.voxel_size &&
       source->info().voxel_unit == location.info.voxel_unit)
     return source;

@@ -38,11 +38,11 @@ struct Dataset {
       extent;  ///< full_extent unless the configuration names another; times scale = generated_extent()
   std::uint64_t time_steps = 1;
   std::uint64_t labels = 0;
-  std::string file;     ///< empty if only generated; may begin with ${CVRBENCH_DATA}
+  std::string file;  ///< empty if only generated; may begin with ${CVRBENCH_DATA}
   std::optional<std::array<double, 3>> voxel_size;  ///< along x, y, z, where the volume says none
   std::string voxel_unit;                           ///< of voxel_size; empty: ratios alone count
-  std::string package;  ///< the Debian package that the file comes from
-  std::string hash;     ///< XXH3-64 of the file, 16 hexadecimal digits; empty when unknown
+  std::string package;                              ///< the Debian package that the file comes from
+  std::string hash;  ///< XXH3-64 of the file, 16 hexadecimal digits; empty when unknown
   std::optional<GeneratorChoice> generator;
   std::string stand_in_for;           ///< the data set that the generated volume stands in for
   double scale = 1;                   ///< edge of the generated volume / edge in full

@@ -61,7 +61,8 @@ PublishedTable load_published(const std::string& path, const std::string& table)
                   {"hardware", [&](const YamlValue& v) { here.hardware = v.text(); }},
                   {"figures",
                    [&](const YamlValue& v) {
-                     for (const YamlValue& one : v.list("figures")) here.figures.push_back(read_figure(one));
+                     for (const YamlValue& one : v.list("figures"))
+                       here.figures.push_back(read_figure(one));
                    },
                    true}});
     return here;

@@ -3,7 +3,8 @@
 //   citation: TEXT    hardware: TEXT    notes: TEXT
 //   tables:
 //     NAME: {title: TEXT, hardware: TEXT in place of the above,
-//            figures: [{dataset: NAME, codec: ID, parameters: {brick: 32}, rate: 5.489, seconds: 3.211, gb_per_s: 1.2},
+//            figures: [{dataset: NAME, codec: ID, parameters: {brick: 32}, rate: 5.489, seconds:
+//            3.211, gb_per_s: 1.2},
 //                      {dataset: NAME, codec: ID, cache: ID, shading: NAME, frame_ms: 9.7}]}
 #pragma once
 
@@ -26,8 +27,8 @@ struct PublishedTable {
   std::string citation, hardware, title;
   std::vector<PublishedFigure> figures;
 
-  /// The figure of a data set (or of the one that a generated volume stands in for), codec and parameters;
-  /// all parameters that the figure names must agree, and its access mode and shading.
+  /// The figure of a data set (or of the one that a generated volume stands in for), codec and
+  /// parameters; all parameters that the figure names must agree, and its access mode and shading.
   const PublishedFigure* find(const Cell& cell) const;
 };
 

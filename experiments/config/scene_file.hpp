@@ -3,7 +3,8 @@
 //   title: TEXT
 //   keys:                      camera on its way; one key stands still
 //     - {eye: [x, y, z], target: [0, 0, 0], up: [0, 1, 0], fov: 45}       eye is required; scene space (gpu/IMAGE.md);
-//                                                                        fov is vertical, in degrees
+//                                                                        fov is vertical, in
+//                                                                        degrees
 //   frames: 64                 of the path
 //   held: 0                    number of the key, from 0, where the camera stands still for held frames
 //   size: [640, 360]           of the picture in pixels

@@ -72,13 +72,14 @@ namespace {
 
 Pivot read_pivot(const YamlValue& value, MetricNames metrics) {
   Pivot pivot;
-  value.fields({{"columns",
-                 [&](const YamlValue& v) {
-                   for (const YamlValue& one : v.list("labels"))
-                     pivot.columns.push_back(read_line_label(one));
-                 },
-                 true},
-                {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v, metrics); }, true}});
+  value.fields(
+      {{"columns",
+        [&](const YamlValue& v) {
+          for (const YamlValue& one : v.list("labels"))
+            pivot.columns.push_back(read_line_label(one));
+        },
+        true},
+       {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v, metrics); }, true}});
   return pivot;
 }
 

@@ -38,7 +38,8 @@ void operations(benchmark::State& state) {
   LabelGrid grid(side);
   grid.build(volume.voxels<std::uint32_t>().data(), side, std::uint64_t{side} * side, validity);
   OperationStream stream(side);
-  const OperationOptions options{.stop_bits = state.range(1) != 0, .keep_outside = false, .delta = false};
+  const OperationOptions options{
+      .stop_bits = state.range(1) != 0, .keep_outside = false, .delta = false};
   for (auto _ : state) {
     stream.encode(grid, validity, options);
     benchmark::DoNotOptimize(stream.symbols().data());
@@ -58,9 +59,10 @@ void reconstruct(benchmark::State& state) {
   const std::uint32_t palette_size = words[levels];
   for (auto _ : state) {
     NibbleReader reader(words.data() + levels + 1, words.size() - levels - 1 - palette_size);
-    Reconstruction run(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid, validity,
-                       {.stop_bits = true, .keep_outside = false, .delta = false});
-    if (BrickError error = run.run(levels - 1, workspace.active[0].data(), workspace.active[1].data())) {
+    Reconstruction run(reader, {words.data() + words.size() - 1, palette_size}, workspace.grid,
+                       validity, {.stop_bits = true, .keep_outside = false, .delta = false});
+    if (BrickError error =
+            run.run(levels - 1, workspace.active[0].data(), workspace.active[1].data())) {
       state.SkipWithError(error);
       return;
     }

@@ -1,5 +1,6 @@
-// Kernels below a brick: rank, wavelet access, Morton codes, rANS, palette look-up. Counter: items per
-// second. Positions are drawn before the loop; each kernel touches the whole structure in random order.
+// Kernels below a brick: rank, wavelet access, Morton codes, rANS, palette look-up. Counter: items
+// per second. Positions are drawn before the loop; each kernel touches the whole structure in
+// random order.
 #include <benchmark/benchmark.h>
 
 #include "codecs/entropy/rans.hpp"
@@ -18,7 +19,8 @@ constexpr std::size_t kQueries = 4096;
 
 std::vector<std::uint32_t> positions(std::uint32_t below) {
   std::vector<std::uint32_t> drawn(kQueries);
-  for (std::size_t i = 0; i < kQueries; ++i) drawn[i] = static_cast<std::uint32_t>(random_at(i) % below);
+  for (std::size_t i = 0; i < kQueries; ++i)
+    drawn[i] = static_cast<std::uint32_t>(random_at(i) % below);
   return drawn;
 }
 
@@ -30,8 +32,8 @@ struct OpenBrick {
   explicit OpenBrick(const char* codec, std::uint32_t side, bool stop_bits)
       : words(encoded_brick(codec, side)) {
     while ((1u << (levels - 1)) < side) ++levels;
-    brick =
-        shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), levels, stop_bits);
+    brick = shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()),
+                                    levels, stop_bits);
   }
   Words view() const { return {words.data()}; }
   std::uint32_t symbols() const { return words[brick.z_at + CVR_WAVELET_LEVELS]; }
@@ -46,7 +48,8 @@ void rank(benchmark::State& state) {
   const OpenBrick open("csgvr", static_cast<std::uint32_t>(state.range(0)), false);
   const auto at = positions(open.w_bits());
   for (auto _ : state) {
-    for (const std::uint32_t i : at) benchmark::DoNotOptimize(cvr_rank1(open.view(), open.brick.w, i));
+    for (const std::uint32_t i : at)
+      benchmark::DoNotOptimize(cvr_rank1(open.view(), open.brick.w, i));
   }
   count_items(state, kQueries);
 }
@@ -66,7 +69,8 @@ void wavelet_access(benchmark::State& state) {
 }
 BENCHMARK(wavelet_access)->Arg(32)->Arg(64);
 
-/// One voxel of the finest level: chain of references, palette index, label. Second argument: stop bits.
+/// One voxel of the finest level: chain of references, palette index, label. Second argument: stop
+/// bits.
 void csgvr_at(benchmark::State& state) {
   const auto side = static_cast<std::uint32_t>(state.range(0));
   const bool stop_bits = state.range(1) != 0;
@@ -83,7 +87,8 @@ void csgvr_at(benchmark::State& state) {
     }
   }
   count_items(state, kQueries);
-  state.counters["hops"] = static_cast<double>(chain) / static_cast<double>(state.iterations() * kQueries);
+  state.counters["hops"] =
+      static_cast<double>(chain) / static_cast<double>(state.iterations() * kQueries);
 }
 BENCHMARK(csgvr_at)->ArgsProduct({{32, 64}, {0, 1}});
 
@@ -91,7 +96,8 @@ void palette_lookup(benchmark::State& state) {
   const OpenBrick open("csgvr-sb", 64, true);
   const auto at = positions(open.brick.palette_size);
   for (auto _ : state) {
-    for (const std::uint32_t i : at) benchmark::DoNotOptimize(cvr_csgvr_label(open.view(), open.brick, i));
+    for (const std::uint32_t i : at)
+      benchmark::DoNotOptimize(cvr_csgvr_label(open.view(), open.brick, i));
   }
   count_items(state, kQueries);
 }

@@ -1,5 +1,5 @@
-// The input of the micro-kernels: one brick of cells, deterministic, with about as many labels as segmented
-// tissue has.
+// The input of the micro-kernels: one brick of cells, deterministic, with about as many labels as
+// segmented tissue has.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ inline std::uint64_t random_at(std::uint64_t index) {
 
 /// side^3 voxels of u32: the nearest of 40 random points, by squared distance.
 inline volumes::Volume cells(std::uint32_t side) {
-  volumes::Volume volume({.extent = {side, side, side}, .type = volumes::VoxelType::kU32, .voxel_unit = {}});
+  volumes::Volume volume(
+      {.extent = {side, side, side}, .type = volumes::VoxelType::kU32, .voxel_unit = {}});
   const auto voxels = volume.voxels<std::uint32_t>();
   constexpr std::uint32_t kPoints = 40;
   for (std::uint64_t i = 0; i < voxels.size(); ++i) {
@@ -52,7 +53,8 @@ inline std::vector<std::uint32_t> encoded_brick(const char* codec_id, std::uint3
   const volumes::Volume volume = cells(side);
   const auto parameters = codecs::Parameters::parse(codec.parameters(), assignments).value();
   const auto payload = codec.encode(volumes::MemorySource(volume), parameters, 1).value();
-  constexpr std::size_t kBrickAt = 16 + 2 * 4;  // no label table, no frequency tables, two brick starts
+  constexpr std::size_t kBrickAt =
+      16 + 2 * 4;  // no label table, no frequency tables, two brick starts
   std::vector<std::uint32_t> words((payload.bytes.size() - kBrickAt) / 4);
   std::memcpy(words.data(), payload.bytes.data() + kBrickAt, 4 * words.size());
   return words;

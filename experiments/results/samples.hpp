@@ -1,5 +1,5 @@
-// What a round measures, and the same as JSON in the answers of workers and in the journal: [[series,
-// wall seconds, CPU seconds, count], ...].
+// What a round measures, and the same as JSON in the answers of workers and in the journal:
+// [[series, wall seconds, CPU seconds, count], ...].
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,14 @@
-// The "frames" and the "held" of a row of the render stage, from the samples of its rounds. Milliseconds of the device; statistics
-// are those of the rounds after the first, which also warms the machine up, where there are any.
+// The "frames" and the "held" of a row of the render stage, from the samples of its rounds.
+// Milliseconds of the device; statistics are those of the rounds after the first, which also warms
+// the machine up, where there are any.
 #pragma once
 
 #include "experiments/run/row_building.hpp"
 
 namespace cvr::experiments {
 
-/// Each round is the camera path from an empty cache. The first round's mean stands apart, and so do the first frames.
+/// Each round is the camera path from an empty cache. The first round's mean stands apart, and so
+/// do the first frames.
 Row describe_frames(const Measured& measured);
 
 /// Frames of one view with the cache filled; null where none were drawn.

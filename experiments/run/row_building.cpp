@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "experiments/results/error_row.hpp"
-#include "experiments/run/frame_times.hpp"
 #include "experiments/results/provenance.hpp"
+#include "experiments/run/frame_times.hpp"
 
 namespace cvr::experiments {
 

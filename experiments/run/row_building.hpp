@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/rows.hpp"
 #include "experiments/run/plan.hpp"
 #include "experiments/run/raw_copies.hpp"
-#include "experiments/results/rows.hpp"
 #include "experiments/stages/stage.hpp"
-#include "experiments/analysis/statistics.hpp"
 
 namespace cvr::experiments {
 

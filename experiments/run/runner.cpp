@@ -11,14 +11,14 @@
 #include <stdexcept>
 #include <thread>
 
+#include "experiments/results/provenance.hpp"
+#include "experiments/results/samples.hpp"
 #include "experiments/run/cell_failure.hpp"
 #include "experiments/run/journal.hpp"
 #include "experiments/run/memory.hpp"
-#include "experiments/results/provenance.hpp"
 #include "experiments/run/raw_copies.hpp"
 #include "experiments/run/row_building.hpp"
 #include "experiments/run/run_folder.hpp"
-#include "experiments/results/samples.hpp"
 #include "experiments/run/worker_process.hpp"
 #include "experiments/run/worker_setup.hpp"
 #include "gpu/vulkan/device.hpp"

@@ -1,7 +1,8 @@
 // The worker: the hidden command `cvrbench worker`. One process a cell, so that a crash, a hang or
 // too little memory ends this process alone.
 //
-// Protocol, JSON lines: the first line of standard input is the WorkerSpec. The worker checks and answers
+// Protocol, JSON lines: the first line of standard input is the WorkerSpec. The worker checks and
+// answers
 //   {"event": "ready", "parts": {...}}
 // then each input line "round" is one timed round, answered by
 //   {"event": "round", "samples": [[series, wall seconds, CPU seconds, count], ...]}

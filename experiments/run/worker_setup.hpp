@@ -4,8 +4,8 @@
 #include "experiments/run/plan.hpp"
 #include "experiments/run/raw_copies.hpp"
 #include "experiments/run/run_folder.hpp"
-#include "experiments/stages/stage.hpp"
 #include "experiments/run/worker_process.hpp"
+#include "experiments/stages/stage.hpp"
 
 namespace cvr::experiments {
 

@@ -1,5 +1,6 @@
-// Decoding the finest level from memory into memory. A round opens the decoder (it checks the stream's
-// tables) and decodes; the checksum of the envelope was verified before. The steps of a progressive decoder are timed after that.
+// Decoding the finest level from memory into memory. A round opens the decoder (it checks the
+// stream's tables) and decodes; the checksum of the envelope was verified before. The steps of a
+// progressive decoder are timed after that.
 #include "codecs/container.hpp"
 #include "experiments/stages/destination.hpp"
 #include "experiments/stages/encoded_volume.hpp"
@@ -11,7 +12,8 @@ namespace {
 
 class DecodeRun final : public StageRun {
  public:
-  DecodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth) : spec_(spec), truth_(truth) {}
+  DecodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
+      : spec_(spec), truth_(truth) {}
 
   Row prepare() override {
     const AlteredSource altered(truth_);
@@ -43,7 +45,8 @@ class DecodeRun final : public StageRun {
     for (unsigned step = 0; step < access.steps(); ++step) {
       const Stopwatch watch;
       const auto done = access.decode_step(step, spec_.threads, *destination_);
-      samples.push_back(watch.lap(std::string(access.step_name(step)), truth_.info().extent.voxels()));
+      samples.push_back(
+          watch.lap(std::string(access.step_name(step)), truth_.info().extent.voxels()));
       if (!done) fail_stage(done.error());
     }
   }
@@ -57,7 +60,8 @@ class DecodeRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_decode_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_decode_run(const WorkerSpec& spec,
+                                          const volumes::VolumeSource& truth) {
   return std::make_unique<DecodeRun>(spec, truth);
 }
 

@@ -1,5 +1,5 @@
-// Where decoded voxels go while they are timed: memory that is there already, so that page faults are not
-// measured.
+// Where decoded voxels go while they are timed: memory that is there already, so that page faults
+// are not measured.
 #pragma once
 
 #include <algorithm>

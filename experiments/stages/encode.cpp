@@ -14,19 +14,21 @@ class EncodeRun final : public StageRun {
  public:
   EncodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
       : spec_(spec), truth_(truth), altered_(truth), codec_(*codecs::find_codec(spec.codec)) {
-    parameters_ =
-        checked(codecs::Parameters::parse(codec_.parameters(), codecs::split_canonical(spec.parameters)));
+    parameters_ = checked(
+        codecs::Parameters::parse(codec_.parameters(), codecs::split_canonical(spec.parameters)));
   }
 
   Row prepare() override {
     // One thread against as many as the cell or the machine has, at least two.
-    const unsigned other = spec_.threads > 1 ? 1 : std::max(2u, std::thread::hardware_concurrency());
+    const unsigned other =
+        spec_.threads > 1 ? 1 : std::max(2u, std::thread::hardware_concurrency());
     const auto encoded = checked(codecs::encode(codec_, source(), parameters_, spec_.threads));
     {
       const auto again = checked(codecs::encode(codec_, source(), parameters_, other));
       if (!std::ranges::equal(encoded.bytes.bytes(), again.bytes.bytes())) {
-        throw StageFailure(kFailed, "encoding with " + std::to_string(spec_.threads) + " and with " +
-                                        std::to_string(other) + " threads gives different bytes");
+        throw StageFailure(kFailed, "encoding with " + std::to_string(spec_.threads) +
+                                        " and with " + std::to_string(other) +
+                                        " threads gives different bytes");
       }
     }
     const auto bytes = encoded.bytes.bytes();
@@ -36,10 +38,12 @@ class EncodeRun final : public StageRun {
                                                         std::max(spec_.threads, other)};
     const auto file = checked(codecs::open_file(bytes));
     parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
-    if (const auto entropy = checked(checked(codecs::open_decoder(file))->entropy_bytes(spec_.threads))) {
+    if (const auto entropy =
+            checked(checked(codecs::open_decoder(file))->entropy_bytes(spec_.threads))) {
       parts["size"]["entropy_bytes"] = *entropy;
     }
-    if (codec_.traits().stored_compressed) add_rates_at_rest(bytes, truth_.info().bytes(), parts["size"]);
+    if (codec_.traits().stored_compressed)
+      add_rates_at_rest(bytes, truth_.info().bytes(), parts["size"]);
     leave_in_scratch(spec_, bytes);
     return parts;
   }
@@ -67,7 +71,8 @@ class EncodeRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_encode_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_encode_run(const WorkerSpec& spec,
+                                          const volumes::VolumeSource& truth) {
   return std::make_unique<EncodeRun>(spec, truth);
 }
 

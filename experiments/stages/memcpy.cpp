@@ -1,5 +1,6 @@
-// The speed of light of the table: the original copied plane by plane into memory that is there already. The encode stage reads
-// the mapped original as encoders do; the decode stage reads allocated memory as decoders do.
+// The speed of light of the table: the original copied plane by plane into memory that is there
+// already. The encode stage reads the mapped original as encoders do; the decode stage reads
+// allocated memory as decoders do.
 #include <cstring>
 
 #include "experiments/stages/destination.hpp"
@@ -54,7 +55,8 @@ class MemcpyRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_memcpy_run(const WorkerSpec& spec, const volumes::VolumeSource& truth) {
+std::unique_ptr<StageRun> make_memcpy_run(const WorkerSpec& spec,
+                                          const volumes::VolumeSource& truth) {
   return std::make_unique<MemcpyRun>(spec, truth);
 }
 

@@ -46,7 +46,8 @@ std::uint64_t label_in(const volumes::VolumeInfo& info, const std::byte* voxels,
 }
 
 std::uint64_t choose_label(const VolumeSource& source, std::uint64_t seed) {
-  // A few hundred random voxels find a label that is not the background in any volume worth the question.
+  // A few hundred random voxels find a label that is not the background in any volume worth the
+  // question.
   const auto candidates = uniform_points(source.info().extent, seed, 512);
   for (const std::uint64_t label : labels_at(source, candidates)) {
     if (label != 0) return label;

@@ -1,9 +1,10 @@
-// The points of the random-access stage: seeded, the same for every codec, any first n of them a point set of
-// its own.
+// The points of the random-access stage: seeded, the same for every codec, any first n of them a
+// point set of its own.
 //
 // uniform:   every voxel equally likely
-// clustered: along rays of random entry and direction, one voxel's edge apart, as a ray caster meets them
-// one-label: voxels of one label, chosen by a random voxel that is not 0 where there is one, in random order
+// clustered: along rays of random entry and direction, one voxel's edge apart, as a ray caster
+// meets them one-label: voxels of one label, chosen by a random voxel that is not 0 where there is
+// one, in random order
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,8 @@ std::vector<volumes::Coordinate> clustered_points(const volumes::Extent& extent,
 std::vector<volumes::Coordinate> one_label_points(const volumes::VolumeSource& source,
                                                   std::uint64_t seed, std::uint64_t count);
 
-/// The labels of the points (of scalars the bits, as VoxelAccess has them), in their order; reads each plane that has points once.
+/// The labels of the points (of scalars the bits, as VoxelAccess has them), in their order; reads
+/// each plane that has points once.
 std::vector<std::uint64_t> labels_at(const volumes::VolumeSource& source,
                                      const std::vector<volumes::Coordinate>& points);
 

@@ -29,8 +29,8 @@ double slowness_of(std::string_view series) {
 
 }  // namespace
 
-// CLOCK_MONOTONIC is what std::chrono::steady_clock reads; CLOCK_PROCESS_CPUTIME_ID sums the process's
-// threads.
+// CLOCK_MONOTONIC is what std::chrono::steady_clock reads; CLOCK_PROCESS_CPUTIME_ID sums the
+// process's threads.
 Stopwatch::Stopwatch()
     : wall_(seconds_of(CLOCK_MONOTONIC)), cpu_(seconds_of(CLOCK_PROCESS_CPUTIME_ID)) {}
 

@@ -1,8 +1,8 @@
 // What a worker process does: one stage of one cell, first checked, then timed round by round.
 //
-// The check comes before any timing and apart from it: the encoding with one thread and with several has the
-// same bytes, the breakdown sums to the size, every decoded voxel is compared. A stage that fails its check
-// throws StageFailure and is never timed.
+// The check comes before any timing and apart from it: the encoding with one thread and with
+// several has the same bytes, the breakdown sums to the size, every decoded voxel is compared. A
+// stage that fails its check throws StageFailure and is never timed.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,8 @@ struct WorkerSpec {
   unsigned threads = 1;
   std::uint32_t bytes_per_voxel = 0;
   std::uint64_t memory_limit = 0;  ///< bytes beyond the mapped input; 0: none
-  std::string scratch;             ///< folder for encoded files, shared by the stages of a run; empty: none
-  std::string pictures;            ///< path that kept pictures begin with; empty: none are kept
+  std::string scratch;   ///< folder for encoded files, shared by the stages of a run; empty: none
+  std::string pictures;  ///< path that kept pictures begin with; empty: none are kept
   std::uint64_t seed = 1;
   std::vector<unsigned> lods;  ///< empty: all
   std::string fault;
@@ -61,7 +61,8 @@ class StageRun {
 };
 
 /// `truth` outlives the result.
-std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec, const volumes::VolumeSource& truth);
+std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec,
+                                         const volumes::VolumeSource& truth);
 
 /// Wall and processor time since its construction.
 class Stopwatch {

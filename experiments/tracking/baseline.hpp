@@ -1,7 +1,10 @@
-// Exact figures under version control: sizes by use, checksums of what is encoded, wrong voxels and pixels, errors.
+// Exact figures under version control: sizes by use, checksums of what is encoded, wrong voxels and
+// pixels, errors.
 //
-// results/baseline/NAME.json, NAME that of the configuration; keys in order, so that a change of a figure is a change of a line:
-//   {"config": NAME, "cells": {KEY: {"size.bytes": 123, "size.checksums.index": "0123456789abcdef", ..}}}
+// results/baseline/NAME.json, NAME that of the configuration; keys in order, so that a change of a
+// figure is a change of a line:
+//   {"config": NAME, "cells": {KEY: {"size.bytes": 123, "size.checksums.index": "0123456789abcdef",
+//   ..}}}
 #pragma once
 
 #include <map>
@@ -21,7 +24,8 @@ struct Baseline {
 /// Of the rows of the configuration's cells; a cell that is not ok has its status alone.
 Baseline baseline_of(const Config& config, const std::vector<Row>& rows);
 
-/// FOLDER/NAME.json; the folder is results/baseline beside the folder configs that holds the configuration, unless given.
+/// FOLDER/NAME.json; the folder is results/baseline beside the folder configs that holds the
+/// configuration, unless given.
 std::string baseline_path(const std::string& folder, const Config& config);
 /// Throws InputError.
 Baseline load_baseline(const std::string& path);

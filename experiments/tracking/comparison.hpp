@@ -1,7 +1,8 @@
 // Two sets of rows against each other: exact figures, counted work and times, each by its own rule.
 //
-// Exact figures are compared always; one that differs is a difference. Counted work is more or less where it differs by more than its
-// tolerance. Times are compared only between rows of the same cell and machine: a verdict starts at undecided and becomes
+// Exact figures are compared always; one that differs is a difference. Counted work is more or less
+// where it differs by more than its tolerance. Times are compared only between rows of the same
+// cell and machine: a verdict starts at undecided and becomes
 //   slower, faster   where the quartile ranges lie apart by more than the noise floor and a rank test gives p < kSignificance
 //   same             where the 95 % interval of the ratio lies within the noise floor, or kSameMargin where that is more
 // Series whose rounds were interleaved (of `ab`) are compared in pairs: the quartile range is that

@@ -13,7 +13,7 @@
 namespace cvr::experiments {
 
 enum class QuantityKind : std::uint8_t {
-  kExact,    ///< sizes, counts of wrong voxels and pixels, checksums, errors: the same wherever the same code runs
+  kExact,  ///< sizes, counts of wrong voxels and pixels, checksums, errors: the same wherever the same code runs
   kCounted,  ///< work and memory: nearly the same from run to run
   kTime,     ///< samples
 };
@@ -25,17 +25,19 @@ struct Quantity {
   QuantityKind kind;
   std::string text = {};              ///< of exact figures that are no number
   std::optional<double> number = {};  ///< of exact and counted figures
-  std::vector<double> samples = {};   ///< of times: one a round, in the order of the rounds, above 0
-  std::string unit = {};              ///< of times: "s", "ns", "ms"
+  std::vector<double> samples = {};  ///< of times: one a round, in the order of the rounds, above 0
+  std::string unit = {};             ///< of times: "s", "ns", "ms"
   std::string_view noise_class = {};  ///< of times: whose noise floor counts, one of kNoiseClasses
 };
 
-inline constexpr std::array<std::string_view, 5> kNoiseClasses{"encode", "decode", "random-access", "frame", "held frame"};
+inline constexpr std::array<std::string_view, 5> kNoiseClasses{"encode", "decode", "random-access",
+                                                               "frame", "held frame"};
 
 /// Of a row whose status is ok, in a fixed order; of another nothing.
 std::vector<Quantity> quantities_of(const Row& row);
 
-/// Largest relative difference that says nothing: 0 of what is exact but for errors (10^-9: sums in another order).
+/// Largest relative difference that says nothing: 0 of what is exact but for errors (10^-9: sums in
+/// another order).
 double tolerance_of(const Quantity& quantity);
 
 }  // namespace cvr::experiments

@@ -11,7 +11,8 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr double kPricePerCut = 4;  // times log n: of random series of 10 to 200 figures fewer than 1 in 100 have a step then
+constexpr double kPricePerCut =
+    4;  // times log n: of random series of 10 to 200 figures fewer than 1 in 100 have a step then
 
 double median_of(std::span<const double> values) {
   std::vector<double> sorted(values.begin(), values.end());
@@ -26,12 +27,15 @@ double deviation(std::span<const double> values) {
   return sum;
 }
 
-/// Mean absolute deviation of one figure, by the median difference of neighbours, for noise of the normal distribution.
+/// Mean absolute deviation of one figure, by the median difference of neighbours, for noise of the
+/// normal distribution.
 double noise_of(std::span<const double> values, double floor) {
   std::vector<double> differences;
-  for (std::size_t i = 1; i < values.size(); ++i) differences.push_back(std::abs(values[i] - values[i - 1]));
+  for (std::size_t i = 1; i < values.size(); ++i)
+    differences.push_back(std::abs(values[i] - values[i - 1]));
   std::ranges::sort(differences);
-  const double sigma = differences.empty() ? 0 : quantile(differences, 0.5) / (0.6745 * std::sqrt(2.0));
+  const double sigma =
+      differences.empty() ? 0 : quantile(differences, 0.5) / (0.6745 * std::sqrt(2.0));
   return std::max(0.798 * sigma, std::log1p(floor) / 8);
 }
 
@@ -45,7 +49,8 @@ std::vector<Step> find_steps(std::span<const double> figures, double floor) {
   }
   const std::size_t n = logs.size();
   if (n < 2 * kLeastSegment) return {};
-  const double noise = noise_of(logs, floor), price = kPricePerCut * std::log(static_cast<double>(n));
+  const double noise = noise_of(logs, floor),
+               price = kPricePerCut * std::log(static_cast<double>(n));
   // best[i]: least cost of the first i figures; from[i]: where their last segment begins.
   std::vector<double> best(n + 1, std::numeric_limits<double>::infinity());
   std::vector<std::size_t> from(n + 1, 0);

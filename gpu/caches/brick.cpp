@@ -139,7 +139,8 @@ void BrickCache::clear(Commands& commands, bool everything) {
 void BrickCache::record(Commands& commands, std::uint32_t frame) {
   const std::uint32_t groups = (bricks_ + kThreads - 1) / kThreads;
   commands.pass("provision");
-  // Workgroups 0 1 1, empty list; when everything is given up also the stacks and the untouched end.
+  // Workgroups 0 1 1, empty list; when everything is given up also the stacks and the untouched
+  // end.
   commands.fill(control_, 0, 4 * CVR_CONTROL_BUMP, 0);
   commands.fill(control_, 4, 8, 1);
   if (relief_ == Relief::kEverything)

@@ -1,8 +1,11 @@
-// The brick cache of CSGV (CSGV-R paper, section 4): bricks are decoded whole, a frame after they were first seen.
+// The brick cache of CSGV (CSGV-R paper, section 4): bricks are decoded whole, a frame after they
+// were first seen.
 //
-// Before the first frame the coarsest label of each brick is read, which stands in until the brick is there. Passes of a frame: provision (compare wishes with what is held), assign (regions), decode. shaders/caches/brick_state.glsl has the layout.
-// When bricks find no room, the next frame gives up those that the last one did not want; when that is not enough, the frame
-// after starts from an empty cache, which mends fragmentation.
+// Before the first frame the coarsest label of each brick is read, which stands in until the brick
+// is there. Passes of a frame: provision (compare wishes with what is held), assign (regions),
+// decode. shaders/caches/brick_state.glsl has the layout. When bricks find no room, the next frame
+// gives up those that the last one did not want; when that is not enough, the frame after starts
+// from an empty cache, which mends fragmentation.
 #pragma once
 
 #include "gpu/caches/cache.hpp"
@@ -17,7 +20,8 @@ enum class BrickDecoding : std::uint8_t {
 
 class BrickCache final : public Cache {
  public:
-  static volumes::Expected<std::unique_ptr<Cache>> make(const CacheSetting& setting, BrickDecoding decoding);
+  static volumes::Expected<std::unique_ptr<Cache>> make(const CacheSetting& setting,
+                                                        BrickDecoding decoding);
   /// Why a device cannot decode bricks in one sweep each; empty if it can.
   static std::string refuses_sweep(const codecs::GpuEncoding& encoding, const DeviceLimits& limits);
 
@@ -31,7 +35,8 @@ class BrickCache final : public Cache {
  private:
   enum class Relief : std::uint32_t { kNone = 0, kUnwanted = 1, kEverything = 2 };
 
-  BrickCache(const CacheSetting& setting, BrickDecoding decoding) : setting_(setting), decoding_(decoding) {}
+  BrickCache(const CacheSetting& setting, BrickDecoding decoding)
+      : setting_(setting), decoding_(decoding) {}
   volumes::Expected<void> make_buffers();
   void make_kernels();
 

@@ -1,7 +1,9 @@
-// The contract of access modes: how the ray marcher gets at labels. One file and one shader text a mode, one line in caches.cpp.
+// The contract of access modes: how the ray marcher gets at labels. One file and one shader text a
+// mode, one line in caches.cpp.
 //
-// A mode declares what it needs of the codec and the device, owns its device memory, adds its text to the marcher's kernel and
-// records its passes before the rendering pass of each frame. It knows no codec by name.
+// A mode declares what it needs of the codec and the device, owns its device memory, adds its text
+// to the marcher's kernel and records its passes before the rendering pass of each frame. It knows
+// no codec by name.
 #pragma once
 
 #include <memory>
@@ -25,9 +27,9 @@ struct CacheSetting {
   Commands& commands;
   const codecs::GpuEncoding& encoding;
   volumes::VolumeInfo info;
-  volumes::Extent grid;        ///< bricks along each axis
-  std::uint64_t cache_bytes;   ///< what the cache may take
-  KernelSource decoder;        ///< definitions and texts up to and including the codec's decoder
+  volumes::Extent grid;       ///< bricks along each axis
+  std::uint64_t cache_bytes;  ///< what the cache may take
+  KernelSource decoder;       ///< definitions and texts up to and including the codec's decoder
   bool instrumented;
 };
 
@@ -41,11 +43,13 @@ struct CacheReport {
 class Cache {
  public:
   virtual ~Cache() = default;
-  /// Adds what the marcher's kernel needs to `source`, which holds the frame's text alone; includes the decoder if it is called.
+  /// Adds what the marcher's kernel needs to `source`, which holds the frame's text alone; includes
+  /// the decoder if it is called.
   virtual void extend_kernel(KernelSource& source) const = 0;
   /// Addresses and sizes of the mode's buffers.
   virtual void describe(FrameConstants& frame) const = 0;
-  /// Forgets what depends on the scene; records on `commands`. `everything`: forgets all cached labels too.
+  /// Forgets what depends on the scene; records on `commands`. `everything`: forgets all cached
+  /// labels too.
   virtual void clear(Commands& commands, bool everything) = 0;
   /// Records the passes before rendering; `frame` is FrameConstants::frame.
   virtual void record(Commands&, std::uint32_t /*frame*/) {}
@@ -57,8 +61,9 @@ class Cache {
 struct CacheTraits {
   std::string_view id;
   std::string_view summary;
-  bool sized;       ///< the cache size matters
-  bool placeholders;  ///< a label that is not there yet is stood in for; pictures are exact only later
+  bool sized;  ///< the cache size matters
+  bool
+      placeholders;  ///< a label that is not there yet is stood in for; pictures are exact only later
   bool labels = true;    ///< serves label volumes
   bool scalars = false;  ///< serves scalar volumes, by gpu/scalars/renderer.hpp, which knows how
   /// Why this mode cannot serve an encoding on a device; empty if it can.

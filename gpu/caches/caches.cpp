@@ -22,7 +22,10 @@ CacheTraits slice_ring() {
           .placeholders = false,
           .labels = false,
           .scalars = true,
-          .refuses = [](const codecs::GpuEncoding&, const DeviceLimits&) { return std::string("only scalar volumes are drawn by slices"); },
+          .refuses =
+              [](const codecs::GpuEncoding&, const DeviceLimits&) {
+                return std::string("only scalar volumes are drawn by slices");
+              },
           .make = nullptr};
 }
 

@@ -27,9 +27,11 @@ CacheTraits no_cache() {
           .sized = false,
           .placeholders = false,
           .scalars = true,
-          .refuses = [](const codecs::GpuEncoding& encoding, const DeviceLimits&) {
-            return encoding.voxel_access ? std::string() : "the codec decodes whole bricks, not single voxels";
-          },
+          .refuses =
+              [](const codecs::GpuEncoding& encoding, const DeviceLimits&) {
+                return encoding.voxel_access ? std::string()
+                                             : "the codec decodes whole bricks, not single voxels";
+              },
           .make = [](const CacheSetting& setting) -> volumes::Expected<std::unique_ptr<Cache>> {
             return std::make_unique<NoCache>(setting);
           }};

@@ -6,11 +6,13 @@
 
 namespace cvr::gpu {
 
-volumes::Expected<std::unique_ptr<Cache>> VoxelCache::make(const CacheSetting& setting, bool empty_space) {
+volumes::Expected<std::unique_ptr<Cache>> VoxelCache::make(const CacheSetting& setting,
+                                                           bool empty_space) {
   std::unique_ptr<VoxelCache> cache(new VoxelCache(setting));
   const std::uint64_t entries = setting.cache_bytes / 8;
   if (entries >= std::uint64_t{1} << 32) {
-    return volumes::fail(volumes::ErrorCode::kUnsupported, "voxel cache: positions have 32 bits, so at most 32 GiB");
+    return volumes::fail(volumes::ErrorCode::kUnsupported,
+                         "voxel cache: positions have 32 bits, so at most 32 GiB");
   }
   cache->entries_ = static_cast<std::uint32_t>(entries);
   cache->position_bits_ = static_cast<std::uint32_t>(std::bit_width(entries - 1));
@@ -26,7 +28,8 @@ volumes::Expected<std::unique_ptr<Cache>> VoxelCache::make(const CacheSetting& s
 volumes::Expected<void> VoxelCache::make_empty_space() {
   for (unsigned level = 1; level < std::max(2u, setting_.encoding.levels); ++level) {
     first_word_.push_back(static_cast<std::uint32_t>(bit_words_));
-    bit_words_ += (volumes::ceil_div(setting_.info.extent, std::uint64_t{1} << level).voxels() + 31) / 32;
+    bit_words_ +=
+        (volumes::ceil_div(setting_.info.extent, std::uint64_t{1} << level).voxels() + 31) / 32;
   }
   auto bits = DeviceBuffer::make(setting_.device, bit_words_ * 4, "empty-space bits");
   if (!bits) return tl::unexpected(bits.error());
@@ -60,7 +63,8 @@ std::vector<MemoryUse> VoxelCache::memory() const {
 }
 
 std::string refuses_voxel_cache(const codecs::GpuEncoding& encoding, const DeviceLimits&) {
-  return encoding.voxel_access ? std::string() : "the codec decodes whole bricks, not single voxels";
+  return encoding.voxel_access ? std::string()
+                               : "the codec decodes whole bricks, not single voxels";
 }
 
 CacheTraits voxel_cache() {

@@ -1,4 +1,5 @@
-// `voxel-es`: the table, and one bit for each 2x2x2 block or coarser node that is known to hold nothing visible.
+// `voxel-es`: the table, and one bit for each 2x2x2 block or coarser node that is known to hold
+// nothing visible.
 #include "gpu/caches/voxel_cache.hpp"
 
 namespace cvr::gpu {

@@ -9,11 +9,14 @@ namespace cvr::gpu {
 namespace {
 
 constexpr double kExhausted = 1.0 / 256;  ///< a ray with less transmittance ends
-constexpr double kOffSurface = 0x1p-20;   ///< voxels between a surface and the start of its secondary rays
+constexpr double kOffSurface =
+    0x1p-20;  ///< voxels between a surface and the start of its secondary rays
 
-/// Calls visit(material, label) for each cell whose label differs from that of the cell before, until it returns false.
+/// Calls visit(material, label) for each cell whose label differs from that of the cell before,
+/// until it returns false.
 template <class Visit>
-void for_each_change(const View& view, Walk& walk, WorkCounter* counter, double longest, const Visit& visit) {
+void for_each_change(const View& view, Walk& walk, WorkCounter* counter, double longest,
+                     const Visit& visit) {
   bool any_before = false;
   std::uint64_t before = 0;
   for (; !walk.at_end() && walk.t() <= longest; walk.next()) {
@@ -37,7 +40,8 @@ Surface surface_at(const Walk& walk, const ReferenceRenderer::Ray& ray, const Ve
   surface.side = ray.direction[surface.axis] > 0 ? -1 : 1;
   surface.outside = ray.origin + walk.t() * ray.direction;
   if (surface.through_face)
-    surface.outside[surface.axis] = static_cast<double>(walk.face_plane()) + surface.side * kOffSurface;
+    surface.outside[surface.axis] =
+        static_cast<double>(walk.face_plane()) + surface.side * kOffSurface;
   return surface;
 }
 
@@ -76,23 +80,24 @@ NeededWork WorkCounter::work() const {
 Gathered gather(const View& view, const ReferenceRenderer::Ray& ray, WorkCounter* counter) {
   Gathered gathered;
   Walk walk(view, ray);
-  for_each_change(view, walk, counter, std::numeric_limits<double>::infinity(),
-                  [&](const Rgba& material, std::uint64_t label) {
-                    if (gathered.label == kNoLabel) {
-                      gathered.label = label;
-                      gathered.t = walk.t();
-                    }
-                    const Vector3 albedo{material.r / 255.0, material.g / 255.0, material.b / 255.0};
-                    if (material.a >= kOpaque) {
-                      gathered.opaque = true;
-                      gathered.surface = surface_at(walk, ray, albedo);
-                      return false;
-                    }
-                    const double alpha = material.a / 255.0;
-                    gathered.colour = gathered.colour + gathered.transmittance * alpha * albedo;
-                    gathered.transmittance *= 1 - alpha;
-                    return gathered.transmittance >= kExhausted;
-                  });
+  for_each_change(
+      view, walk, counter, std::numeric_limits<double>::infinity(),
+      [&](const Rgba& material, std::uint64_t label) {
+        if (gathered.label == kNoLabel) {
+          gathered.label = label;
+          gathered.t = walk.t();
+        }
+        const Vector3 albedo{material.r / 255.0, material.g / 255.0, material.b / 255.0};
+        if (material.a >= kOpaque) {
+          gathered.opaque = true;
+          gathered.surface = surface_at(walk, ray, albedo);
+          return false;
+        }
+        const double alpha = material.a / 255.0;
+        gathered.colour = gathered.colour + gathered.transmittance * alpha * albedo;
+        gathered.transmittance *= 1 - alpha;
+        return gathered.transmittance >= kExhausted;
+      });
   return gathered;
 }
 

@@ -1,5 +1,5 @@
-// What a ray gathers on its way: colour and first hit of a primary ray, transmittance of a secondary one (IMAGE.md, Materials
-// and Shading of opaque hits).
+// What a ray gathers on its way: colour and first hit of a primary ray, transmittance of a
+// secondary one (IMAGE.md, Materials and Shading of opaque hits).
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,8 @@
 
 namespace cvr::gpu {
 
-/// Marks the cells and bricks that rays visit; several threads may note at once. Only visible bricks count.
+/// Marks the cells and bricks that rays visit; several threads may note at once. Only visible
+/// bricks count.
 class WorkCounter {
  public:
   explicit WorkCounter(const LabelBricks& bricks);

@@ -31,7 +31,8 @@ std::array<std::uint32_t, 3> pcg3d(std::array<std::uint32_t, 3> v) {
 }
 
 /// A direction of length 1 in world space, cosine-distributed about a normal along an axis.
-Vector3 cosine_direction(const Surface& surface, std::uint32_t px, std::uint32_t py, std::uint32_t frame) {
+Vector3 cosine_direction(const Surface& surface, std::uint32_t px, std::uint32_t py,
+                         std::uint32_t frame) {
   const auto random = pcg3d({px, py, frame});
   const double u1 = (random[0] >> 8) * 0x1p-24, u2 = (random[1] >> 8) * 0x1p-24;
   const double r = std::sqrt(u1), phi = 2 * std::numbers::pi * u2;
@@ -68,7 +69,8 @@ Vector3 shade(const View& view, const Surface& surface, std::uint32_t px, std::u
     direct *= transmittance(view, {surface.outside, light / view.scale()}, counter);
   const double lambert = scene.ambient + (1 - scene.ambient) * direct;
   const bool occluded = scene.shading == Shading::kAo && surface.through_face;
-  return lambert * (occluded ? openness(view, surface, px, py, frames, counter) : 1) * surface.albedo;
+  return lambert * (occluded ? openness(view, surface, px, py, frames, counter) : 1) *
+         surface.albedo;
 }
 
 Image draw(const View& view, const Frames& frames, unsigned threads, WorkCounter* counter) {
@@ -96,9 +98,9 @@ Image draw(const View& view, const Frames& frames, unsigned threads, WorkCounter
 }
 
 bool same_view(const Scene& a, const Scene& b) {
-  return a.width == b.width && a.height == b.height && a.materials == b.materials && a.shading == b.shading &&
-         a.light == b.light && a.ambient == b.ambient && a.ao_distance == b.ao_distance &&
-         a.lod_bias == b.lod_bias && a.background == b.background;
+  return a.width == b.width && a.height == b.height && a.materials == b.materials &&
+         a.shading == b.shading && a.light == b.light && a.ambient == b.ambient &&
+         a.ao_distance == b.ao_distance && a.lod_bias == b.lod_bias && a.background == b.background;
 }
 
 }  // namespace
@@ -107,7 +109,8 @@ struct ReferenceRenderer::Impl {
   Impl(const volumes::Volume& finest, std::uint32_t brick, unsigned thread_count)
       : bricks(finest, brick, thread_count), threads(thread_count) {}
 
-  /// The view of a scene and a camera; the last one is kept, since single rays ask for the same one again and again.
+  /// The view of a scene and a camera; the last one is kept, since single rays ask for the same one
+  /// again and again.
   std::shared_ptr<const View> view(const Scene& scene, const Camera& camera) {
     const std::lock_guard lock(mutex);
     if (!last || last->camera() != camera || !same_view(last->scene(), scene))
@@ -121,7 +124,8 @@ struct ReferenceRenderer::Impl {
   std::shared_ptr<const View> last;
 };
 
-ReferenceRenderer::ReferenceRenderer(const volumes::Volume& finest, std::uint32_t brick, unsigned threads)
+ReferenceRenderer::ReferenceRenderer(const volumes::Volume& finest, std::uint32_t brick,
+                                     unsigned threads)
     : impl_(std::make_unique<Impl>(finest, brick, threads)) {}
 ReferenceRenderer::~ReferenceRenderer() = default;
 
@@ -130,14 +134,16 @@ Image ReferenceRenderer::render(const Scene& scene, const Camera& camera, std::u
   return draw(*impl_->view(scene, camera), {first_frame, frames}, impl_->threads, nullptr);
 }
 
-Image ReferenceRenderer::render(const Scene& scene, const Camera& camera, NeededWork& needed) const {
+Image ReferenceRenderer::render(const Scene& scene, const Camera& camera,
+                                NeededWork& needed) const {
   WorkCounter counter(impl_->bricks);
   Image image = draw(*impl_->view(scene, camera), {0, 1}, impl_->threads, &counter);
   needed = counter.work();
   return image;
 }
 
-std::uint64_t ReferenceRenderer::trace(const Scene& scene, const Camera& camera, const Ray& ray) const {
+std::uint64_t ReferenceRenderer::trace(const Scene& scene, const Camera& camera,
+                                       const Ray& ray) const {
   return gather(*impl_->view(scene, camera), ray, nullptr).label;
 }
 
@@ -152,12 +158,13 @@ bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, st
   const Ray ray = view->primary_ray(px, py);
   const Gathered straight = gather(*view, ray, nullptr);
   if (straight.label == other) return true;
-  // Where a turned ray is `distance` off: at the hit, or where a ray that misses passes the middle of the volume.
+  // Where a turned ray is `distance` off: at the hit, or where a ray that misses passes the middle
+  // of the volume.
   const volumes::Extent& extent = view->bricks().info().extent;
   const Vector3 middle{extent.x / 2.0, extent.y / 2.0, extent.z / 2.0};
-  const double pivot = straight.label != kNoLabel
-                           ? straight.t
-                           : dot(middle - ray.origin, ray.direction) / dot(ray.direction, ray.direction);
+  const double pivot = straight.label != kNoLabel ? straight.t
+                                                  : dot(middle - ray.origin, ray.direction) /
+                                                        dot(ray.direction, ray.direction);
   const Vector3 forward = normalize(ray.direction);
   Vector3 least{0, 0, 0};
   least[(longest_axis(forward) + 1) % 3] = 1;
@@ -170,7 +177,8 @@ bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, st
       const Vector3 moved = ring * distance * offset;
       if (gather(*view, {ray.origin + moved, ray.direction}, nullptr).label == other) return true;
       return pivot > 0 &&
-             gather(*view, {ray.origin, ray.direction + (1 / pivot) * moved}, nullptr).label == other;
+             gather(*view, {ray.origin, ray.direction + (1 / pivot) * moved}, nullptr).label ==
+                 other;
     };
     for (unsigned i = 0; i < kAngles; ++i) {
       const double angle = 2 * std::numbers::pi * (i + 0.37) / kAngles;
@@ -182,8 +190,8 @@ bool ReferenceRenderer::is_near_tie(const Scene& scene, const Camera& camera, st
   return false;
 }
 
-LabelCheck check_labels(const ReferenceRenderer& reference, const Scene& scene, const Camera& camera,
-                        const Image& truth, const Image& found) {
+LabelCheck check_labels(const ReferenceRenderer& reference, const Scene& scene,
+                        const Camera& camera, const Image& truth, const Image& found) {
   LabelCheck check{.pixels = truth.pixels()};
   for (std::uint32_t py = 0; py < truth.height; ++py) {
     for (std::uint32_t px = 0; px < truth.width; ++px) {

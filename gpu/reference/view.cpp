@@ -22,16 +22,18 @@ View::View(const LabelBricks& bricks, const Scene& scene, const Camera& camera, 
 
   const auto& labels = bricks.table().labels();
   materials_.resize(labels.size());
-  volumes::parallel_for(threads, labels.size(),
-                        [&](unsigned, std::uint64_t i) { materials_[i] = scene.material(labels[i]); });
+  volumes::parallel_for(threads, labels.size(), [&](unsigned, std::uint64_t i) {
+    materials_[i] = scene.material(labels[i]);
+  });
   const volumes::Extent& grid = bricks.grid();
   brick_levels_.resize(grid.voxels());
   volumes::parallel_for(threads, brick_levels_.size(), [&](unsigned, std::uint64_t i) {
     const auto numbers = bricks.numbers_in(i);
-    const bool visible =
-        std::any_of(numbers.begin(), numbers.end(), [&](std::uint32_t n) { return materials_[n].a > 0; });
+    const bool visible = std::any_of(numbers.begin(), numbers.end(),
+                                     [&](std::uint32_t n) { return materials_[n].a > 0; });
     const volumes::Coordinate brick{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)};
-    brick_levels_[i] = visible ? static_cast<std::uint8_t>(level_of_detail(brick)) : kInvisibleBrick;
+    brick_levels_[i] =
+        visible ? static_cast<std::uint8_t>(level_of_detail(brick)) : kInvisibleBrick;
   });
 }
 

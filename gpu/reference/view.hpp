@@ -1,4 +1,5 @@
-// A scene seen by a camera: its rays, the material of every label, and what each brick is walked at.
+// A scene seen by a camera: its rays, the material of every label, and what each brick is walked
+// at.
 #pragma once
 
 #include <cstdint>
@@ -34,9 +35,10 @@ class View {
   Scene scene_;
   Camera camera_;
   Vector3 scale_;
-  Vector3 eye_, forward_, right_, up_;  ///< in world space; right and up reach to the edge of the picture
-  double pixel_edge_;                   ///< in world units, at distance 1
-  std::vector<Rgba> materials_;         ///< by number of the label
+  Vector3 eye_, forward_, right_,
+      up_;                       ///< in world space; right and up reach to the edge of the picture
+  double pixel_edge_;            ///< in world units, at distance 1
+  std::vector<Rgba> materials_;  ///< by number of the label
   std::vector<std::uint8_t> brick_levels_;
 };
 

@@ -61,8 +61,8 @@ bool Walk::enter() {
   }
   t_ = enter_t;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    voxel_[axis] =
-        std::clamp<std::int64_t>(voxel_at(axis, t_, !face_ || axis <= *face_), 0, extent_[axis] - 1);
+    voxel_[axis] = std::clamp<std::int64_t>(voxel_at(axis, t_, !face_ || axis <= *face_), 0,
+                                            extent_[axis] - 1);
   }
   return true;
 }
@@ -135,16 +135,18 @@ void Walk::next() {
   }
   for (std::size_t other = 0; other < 3; ++other) {
     if (other == axis) continue;
-    const std::int64_t last = std::min(cell_low_[other] + (std::int64_t{1} << level_), extent_[other]) - 1;
+    const std::int64_t last =
+        std::min(cell_low_[other] + (std::int64_t{1} << level_), extent_[other]) - 1;
     voxel_[other] = std::clamp(voxel_at(other, t_, other < axis), cell_low_[other], last);
   }
   enter_brick();
 }
 
 std::uint64_t Walk::cell_index() const {
-  return view_.bricks().level(level_).extent().index({static_cast<std::uint64_t>(cell_low_[0] >> level_),
-                                                      static_cast<std::uint64_t>(cell_low_[1] >> level_),
-                                                      static_cast<std::uint64_t>(cell_low_[2] >> level_)});
+  return view_.bricks().level(level_).extent().index(
+      {static_cast<std::uint64_t>(cell_low_[0] >> level_),
+       static_cast<std::uint64_t>(cell_low_[1] >> level_),
+       static_cast<std::uint64_t>(cell_low_[2] >> level_)});
 }
 
 std::uint64_t Walk::label() const {

@@ -27,7 +27,9 @@ constexpr std::uint32_t kSampleLoops = 1 + 8 + 64;
 /// Slices in the ring besides one for each slab that is drawn at a time.
 constexpr std::uint32_t kAround = 3;
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// A vector in slice space.
 Vector3 permuted(const Vector3& v, std::size_t axis) {
@@ -41,8 +43,16 @@ void store(const Vector3& v, float (&out)[3]) {
 }  // namespace
 
 struct ScalarRenderer::Impl {
-  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i, const ScalarRenderOptions& o)
-      : device(d), info(i), options(o), ring_of_slices(o.access == "slices"), width(o.width), height(o.height), commands(d, sizeof(ScalarFrame)), samples(s) {}
+  Impl(Device& d, const codecs::GpuSamples& s, const volumes::VolumeInfo& i,
+       const ScalarRenderOptions& o)
+      : device(d),
+        info(i),
+        options(o),
+        ring_of_slices(o.access == "slices"),
+        width(o.width),
+        height(o.height),
+        commands(d, sizeof(ScalarFrame)),
+        samples(s) {}
 
   Expected<void> upload();
   Expected<void> make_kernels();
@@ -50,7 +60,9 @@ struct ScalarRenderer::Impl {
   std::uint64_t draw_from_ring(std::uint32_t first, std::uint32_t last);
   void decode_slices(std::uint32_t first, std::uint32_t last);
   void composite_slabs(std::uint32_t first, std::uint32_t last, bool begins, bool ends);
-  std::uint32_t groups(std::uint64_t invocations) const { return static_cast<std::uint32_t>((invocations + kGroup - 1) / kGroup); }
+  std::uint32_t groups(std::uint64_t invocations) const {
+    return static_cast<std::uint32_t>((invocations + kGroup - 1) / kGroup);
+  }
 
   Device& device;
   volumes::VolumeInfo info;
@@ -71,8 +83,9 @@ Expected<void> ScalarRenderer::Impl::upload() {
   if (auto done = allocations.upload(samples.buffers, frame.encoding); !done) return done;
   const volumes::Extent& e = info.extent;
   const std::uint64_t largest_slice = std::max({e.x * e.y, e.x * e.z, e.y * e.z});
-  const std::uint64_t slices = std::clamp<std::uint64_t>(std::bit_floor(options.cache_bytes / (4 * largest_slice)), kAround + 1,
-                                                         std::max<std::uint64_t>(kAround + 1, std::bit_ceil(std::max({e.x, e.y, e.z}))));
+  const std::uint64_t slices = std::clamp<std::uint64_t>(
+      std::bit_floor(options.cache_bytes / (4 * largest_slice)), kAround + 1,
+      std::max<std::uint64_t>(kAround + 1, std::bit_ceil(std::max({e.x, e.y, e.z}))));
   frame.ring_slices = static_cast<std::uint32_t>(slices);
   const struct {
     DeviceBuffer& buffer;
@@ -87,15 +100,22 @@ Expected<void> ScalarRenderer::Impl::upload() {
     if (auto done = allocations.make(piece.buffer, piece.bytes, piece.use); !done) return done;
     piece.address = piece.buffer.address();
   }
-  if (groups(largest_slice) > device.limits().groups || groups(std::uint64_t{width} * height) > device.limits().groups)
-    return fail(ErrorCode::kUnsupported, "a slice or the picture needs more workgroups than the device's maxComputeWorkGroupCount");
+  if (groups(largest_slice) > device.limits().groups ||
+      groups(std::uint64_t{width} * height) > device.limits().groups)
+    return fail(
+        ErrorCode::kUnsupported,
+        "a slice or the picture needs more workgroups than the device's maxComputeWorkGroupCount");
   return {};
 }
 
 Expected<void> ScalarRenderer::Impl::make_kernels() {
-  KernelSource text{.name = {}, .definitions = {}, .texts = {"shaders/scalars/frame.glsl", "shaders/shared/portable.glsl"}};
-  text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)}, {"CVR_GROUP", std::to_string(kGroup)}};
-  for (const auto& [name, value] : samples.constants) text.definitions.emplace_back(name, std::to_string(value));
+  KernelSource text{.name = {},
+                    .definitions = {},
+                    .texts = {"shaders/scalars/frame.glsl", "shaders/shared/portable.glsl"}};
+  text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)},
+                      {"CVR_GROUP", std::to_string(kGroup)}};
+  for (const auto& [name, value] : samples.constants)
+    text.definitions.emplace_back(name, std::to_string(value));
   text.texts.push_back(fmt::format("shaders/scalars/{}.glsl", samples.decoder));
   text.texts.emplace_back("shaders/scalars/offset.glsl");
   const auto kernel = [&](const char* path, bool from_ring) {
@@ -119,13 +139,15 @@ void ScalarRenderer::Impl::describe_camera(const Camera& camera) {
   const double half = std::tan(camera.vertical_fov_degrees * std::numbers::pi / 360);
   const auto axis = order.axis;
   // Voxel centres lie at integers.
-  store(permuted(world_from_scene(info, camera.eye) / scale - Vector3{0.5, 0.5, 0.5}, axis), frame.eye);
+  store(permuted(world_from_scene(info, camera.eye) / scale - Vector3{0.5, 0.5, 0.5}, axis),
+        frame.eye);
   store(permuted(forward / scale, axis), frame.towards);
   store(permuted((half / height) * right / scale, axis), frame.right);
   store(permuted((-half / height) * up / scale, axis), frame.down);
   store(permuted(scale, axis), frame.scale);
   store(permuted(normalize(scene.light), axis), frame.light);
-  const Vector3 extent{static_cast<double>(info.extent.x), static_cast<double>(info.extent.y), static_cast<double>(info.extent.z)};
+  const Vector3 extent{static_cast<double>(info.extent.x), static_cast<double>(info.extent.y),
+                       static_cast<double>(info.extent.z)};
   const Vector3 slices = permuted(extent, axis);
   for (std::size_t i = 0; i < 3; ++i) {
     frame.extent[i] = static_cast<std::uint32_t>(extent[i]);
@@ -138,7 +160,8 @@ void ScalarRenderer::Impl::describe_camera(const Camera& camera) {
 /// Slices [first, last) in the view's order, in as many dispatches as the device asks for.
 void ScalarRenderer::Impl::decode_slices(std::uint32_t first, std::uint32_t last) {
   const std::uint64_t runs = std::uint64_t{(frame.slices[0] + 3) / 4} * frame.slices[1];
-  const auto at_a_time = static_cast<std::uint32_t>(kGroup * std::uint64_t{device.limits().groups} / runs);
+  const auto at_a_time =
+      static_cast<std::uint32_t>(kGroup * std::uint64_t{device.limits().groups} / runs);
   const std::uint32_t count = frame.slices[2];
   for (std::uint32_t from = first; from < last; from += std::min(at_a_time, last - from)) {
     const std::uint32_t to = from + std::min(at_a_time, last - from);
@@ -148,8 +171,10 @@ void ScalarRenderer::Impl::decode_slices(std::uint32_t first, std::uint32_t last
 }
 
 /// Slabs [first, last) of the frame's [0 .. end); what is in the ring suffices.
-void ScalarRenderer::Impl::composite_slabs(std::uint32_t first, std::uint32_t last, bool begins, bool ends) {
-  const std::uint32_t at_a_time = std::max(1u, device.limits().loop_iterations / 2 / (kSampleLoops * frame.samples));
+void ScalarRenderer::Impl::composite_slabs(std::uint32_t first, std::uint32_t last, bool begins,
+                                           bool ends) {
+  const std::uint32_t at_a_time =
+      std::max(1u, device.limits().loop_iterations / 2 / (kSampleLoops * frame.samples));
   for (std::uint32_t from = first; from < last; from += std::min(at_a_time, last - from)) {
     const std::uint32_t to = from + std::min(at_a_time, last - from);
     commands.dispatch(*composite, groups(std::uint64_t{width} * height),
@@ -173,13 +198,18 @@ std::uint64_t ScalarRenderer::Impl::draw_from_ring(std::uint32_t first, std::uin
   return std::uint64_t{frame.slices[0]} * frame.slices[1] * (have - begin);
 }
 
-Expected<std::unique_ptr<ScalarRenderer>> ScalarRenderer::make(Device& device, const codecs::GpuSamples& samples,
-                                                               const volumes::VolumeInfo& info, const ScalarRenderOptions& options) {
+Expected<std::unique_ptr<ScalarRenderer>> ScalarRenderer::make(Device& device,
+                                                               const codecs::GpuSamples& samples,
+                                                               const volumes::VolumeInfo& info,
+                                                               const ScalarRenderOptions& options) {
   const auto& [access, cache_bytes, width, height] = options;
   if (access != "none" && access != "slices")
-    return fail(ErrorCode::kUnsupported, fmt::format("scalar volumes are drawn by none or slices, not by {}", access));
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("scalar volumes are drawn by none or slices, not by {}", access));
   if (width == 0 || height == 0 || width > kLargestImage || height > kLargestImage)
-    return fail(ErrorCode::kBadArgument, fmt::format("expected a picture of 1 to {} pixels a side, found {}x{}", kLargestImage, width, height));
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("expected a picture of 1 to {} pixels a side, found {}x{}",
+                            kLargestImage, width, height));
   auto impl = std::make_unique<Impl>(device, samples, info, options);
   const double begin = now();
   if (auto done = impl->upload(); !done) return tl::unexpected(done.error());
@@ -205,12 +235,14 @@ void ScalarRenderer::set_scene(const Scene& scene, const ValueRange& range) {
   my.frame.knee = static_cast<float>(kShadingKnee * width);
   my.frame.samples = scene.slice_samples;
   my.frame.ambient = static_cast<float>(scene.ambient);
-  for (std::size_t i = 0; i < 3; ++i) my.frame.background[i] = static_cast<float>(scene.background[i]) / 255;
+  for (std::size_t i = 0; i < 3; ++i)
+    my.frame.background[i] = static_cast<float>(scene.background[i]) / 255;
   my.frame.width = my.width;
   my.frame.height = my.height;
 }
 
-ScalarFrameResult ScalarRenderer::render(const Camera& camera, std::uint32_t first, std::uint32_t last) {
+ScalarFrameResult ScalarRenderer::render(const Camera& camera, std::uint32_t first,
+                                         std::uint32_t last) {
   Impl& my = *impl_;
   ScalarFrameResult result;
   const double begin = now();
@@ -220,7 +252,8 @@ ScalarFrameResult ScalarRenderer::render(const Camera& camera, std::uint32_t fir
   my.commands.begin(std::as_bytes(std::span(&my.frame, 1)));
   my.commands.pass("render");
   if (first == last) {  // one slice has no slab: the background alone
-    my.commands.dispatch(*my.composite, my.groups(std::uint64_t{my.width} * my.height), {0, 0, 1, 1});
+    my.commands.dispatch(*my.composite, my.groups(std::uint64_t{my.width} * my.height),
+                         {0, 0, 1, 1});
   } else if (my.ring_of_slices) {
     result.decoded = my.draw_from_ring(first, last);
   } else {
@@ -238,13 +271,16 @@ Image ScalarRenderer::read_image() const {
   std::vector<float> colours(4 * image.pixels());
   my.colours.read(0, std::as_writable_bytes(std::span(colours)));
   image.colour.resize(3 * image.pixels());
-  for (std::size_t i = 0; i < image.pixels(); ++i) std::copy_n(colours.data() + 4 * i, 3, image.colour.data() + 3 * i);
+  for (std::size_t i = 0; i < image.pixels(); ++i)
+    std::copy_n(colours.data() + 4 * i, 3, image.colour.data() + 3 * i);
   image.labels.assign(image.pixels(), kNoLabel);
   image.complete.assign(image.pixels(), 1);
   return image;
 }
 
 std::vector<MemoryUse> ScalarRenderer::memory() const { return impl_->allocations.uses(); }
-std::vector<std::pair<std::string, double>> ScalarRenderer::start_parts() const { return impl_->start; }
+std::vector<std::pair<std::string, double>> ScalarRenderer::start_parts() const {
+  return impl_->start;
+}
 
 }  // namespace cvr::gpu

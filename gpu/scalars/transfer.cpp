@@ -14,7 +14,8 @@ std::vector<TransferEntry> transfer_table(const std::vector<TransferPoint>& poin
   if (points.empty()) return table;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = static_cast<double>(i) / (kTransferEntries - 1);
-    const auto above = std::ranges::find_if(points, [&](const TransferPoint& p) { return p.value > value; });
+    const auto above =
+        std::ranges::find_if(points, [&](const TransferPoint& p) { return p.value > value; });
     if (above == points.begin() || above == points.end()) {
       table[i] = entry_of(above == points.begin() ? points.front() : points.back());
       continue;

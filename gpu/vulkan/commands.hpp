@@ -1,6 +1,8 @@
-// Kernels and the recording of their work: every pass between two timestamps, every pass after a full memory barrier.
+// Kernels and the recording of their work: every pass between two timestamps, every pass after a
+// full memory barrier.
 //
-// Kernels have one uniform block (set 0, binding 0) that a frame writes before it records, and four words of push constants.
+// Kernels have one uniform block (set 0, binding 0) that a frame writes before it records, and four
+// words of push constants.
 #pragma once
 
 #include <array>
@@ -53,9 +55,11 @@ class Commands {
   /// All that is recorded until the next pass() or submit() is timed under this name.
   void pass(const std::string& name);
   void dispatch(const Kernel& kernel, std::uint32_t groups, const PushWords& push = {});
-  void dispatch_indirect(const Kernel& kernel, const DeviceBuffer& groups, std::uint64_t offset, const PushWords& push = {});
+  void dispatch_indirect(const Kernel& kernel, const DeviceBuffer& groups, std::uint64_t offset,
+                         const PushWords& push = {});
   /// Sets words of a buffer.
-  void fill(const DeviceBuffer& buffer, std::uint64_t offset, std::uint64_t bytes, std::uint32_t word);
+  void fill(const DeviceBuffer& buffer, std::uint64_t offset, std::uint64_t bytes,
+            std::uint32_t word);
   /// Submits, waits, and gives the time of each pass. Throws DeviceError.
   std::vector<PassTime> submit();
 

@@ -39,7 +39,9 @@ class Includer final : public glslang::TShader::Includer {
  public:
   IncludeResult* includeLocal(const char* header, const char*, std::size_t) override {
     const ShaderText* text = find_text(header);
-    return text == nullptr ? nullptr : new IncludeResult(header, text->text.data(), text->text.size(), nullptr);
+    return text == nullptr
+               ? nullptr
+               : new IncludeResult(header, text->text.data(), text->text.size(), nullptr);
   }
   void releaseInclude(IncludeResult* result) override { delete result; }
 };
@@ -61,14 +63,16 @@ TBuiltInResource resources() {
 }  // namespace
 
 void append_source(KernelSource& source, const KernelSource& more) {
-  source.definitions.insert(source.definitions.end(), more.definitions.begin(), more.definitions.end());
+  source.definitions.insert(source.definitions.end(), more.definitions.begin(),
+                            more.definitions.end());
   source.texts.insert(source.texts.end(), more.texts.begin(), more.texts.end());
 }
 
 std::vector<std::uint32_t> compile_kernel(const KernelSource& source) {
   static const Library kLibrary;
   std::string text(kPrelude);
-  for (const auto& [name, value] : source.definitions) text += fmt::format("#define {} {}\n", name, value);
+  for (const auto& [name, value] : source.definitions)
+    text += fmt::format("#define {} {}\n", name, value);
   for (const std::string& path : source.texts) text += fmt::format("#include \"{}\"\n", path);
   const char* strings[] = {text.c_str()};
   const char* names[] = {source.name.c_str()};
@@ -84,7 +88,8 @@ std::vector<std::uint32_t> compile_kernel(const KernelSource& source) {
     throw std::logic_error(fmt::format("kernel {}: {}", source.name, shader.getInfoLog()));
   glslang::TProgram program;
   program.addShader(&shader);
-  if (!program.link(messages)) throw std::logic_error(fmt::format("kernel {}: {}", source.name, program.getInfoLog()));
+  if (!program.link(messages))
+    throw std::logic_error(fmt::format("kernel {}: {}", source.name, program.getInfoLog()));
   std::vector<std::uint32_t> words;
   glslang::SpvOptions options;
   options.disableOptimizer = true;

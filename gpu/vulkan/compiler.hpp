@@ -11,9 +11,10 @@ namespace cvr::gpu {
 
 using Definitions = std::vector<std::pair<std::string, std::string>>;
 
-/// A compute kernel put together from texts: the definitions, then an #include of each path in its order.
+/// A compute kernel put together from texts: the definitions, then an #include of each path in its
+/// order.
 struct KernelSource {
-  std::string name;                ///< for messages and time tables
+  std::string name;  ///< for messages and time tables
   Definitions definitions;
   std::vector<std::string> texts;  ///< paths as in shader_texts()
 };
@@ -21,7 +22,8 @@ struct KernelSource {
 /// Appends definitions and texts.
 void append_source(KernelSource& source, const KernelSource& more);
 
-/// Throws std::logic_error with the compiler's messages: a text that does not compile is a fault of this program.
+/// Throws std::logic_error with the compiler's messages: a text that does not compile is a fault of
+/// this program.
 std::vector<std::uint32_t> compile_kernel(const KernelSource& source);
 
 }  // namespace cvr::gpu

@@ -1,7 +1,8 @@
 // A Vulkan device for compute: chosen from a list in which each rejected device says why.
 //
-// Needed: Vulkan 1.3 with 64-bit integers, their buffer atomics, buffer device addresses, scalar block layout and the Vulkan memory
-// model; a compute queue with timestamps. No window system, no graphics. All errors here are errors of the environment.
+// Needed: Vulkan 1.3 with 64-bit integers, their buffer atomics, buffer device addresses, scalar
+// block layout and the Vulkan memory model; a compute queue with timestamps. No window system, no
+// graphics. All errors here are errors of the environment.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -26,17 +27,19 @@ struct DeviceReport {
   std::string name, type, driver, api;  ///< type: software, integrated, discrete, virtual, other
   std::uint64_t memory = 0;             ///< bytes of the largest device-local heap
   std::uint64_t largest_allocation = 0;
-  std::uint32_t shared_memory = 0;  ///< bytes a workgroup
-  std::uint32_t subgroup = 0;       ///< invocations
+  std::uint32_t shared_memory = 0;    ///< bytes a workgroup
+  std::uint32_t subgroup = 0;         ///< invocations
   std::vector<std::string> rejected;  ///< reasons; empty: usable
 };
 
-/// All devices; empty where there is no Vulkan driver at all. Throws DeviceError if the loader fails.
+/// All devices; empty where there is no Vulkan driver at all. Throws DeviceError if the loader
+/// fails.
 std::vector<DeviceReport> list_devices();
 
 struct DeviceOptions {
-  std::string choice;       ///< an index, or a part of a name or type, in any case; empty: the first software device, else the first usable
-  bool validation = false;  ///< the Khronos validation layer: core, synchronisation
+  std::string
+      choice;  ///< an index, or a part of a name or type, in any case; empty: the first software device, else the first usable
+  bool validation = false;    ///< the Khronos validation layer: core, synchronisation
   bool gpu_assisted = false;  ///< and its GPU-assisted checks
 };
 
@@ -46,11 +49,12 @@ struct DeviceLimits {
   std::uint32_t shared_memory;
   std::uint32_t subgroup;
   std::uint32_t groups;  ///< workgroups along x of one dispatch
-  /// Iterations of all loops of an invocation together; the driver silently ends loops beyond. Mesa's llvmpipe has this bound
-  /// (LP_MAX_TGSI_LOOP_ITERATIONS); no Vulkan query tells it. UINT32_MAX: none known.
+  /// Iterations of all loops of an invocation together; the driver silently ends loops beyond.
+  /// Mesa's llvmpipe has this bound (LP_MAX_TGSI_LOOP_ITERATIONS); no Vulkan query tells it.
+  /// UINT32_MAX: none known.
   std::uint32_t loop_iterations;
-  /// Loads at addresses that differ between the invocations of a subgroup are made one after the other, as llvmpipe does: what
-  /// is read again and again is better held.
+  /// Loads at addresses that differ between the invocations of a subgroup are made one after the
+  /// other, as llvmpipe does: what is read again and again is better held.
   bool serial_gathers;
 };
 
@@ -70,10 +74,12 @@ class Device {
   VkDevice handle() const { return device_; }
   VkPhysicalDevice physical() const { return physical_; }
   std::uint32_t queue_family() const { return family_; }
-  /// Submits a command buffer and waits until it is done; one at a time. Throws DeviceError that names the device and `what`, the work in
-  /// words, where the device is lost, memory runs out or nothing ends for ten minutes.
+  /// Submits a command buffer and waits until it is done; one at a time. Throws DeviceError that
+  /// names the device and `what`, the work in words, where the device is lost, memory runs out or
+  /// nothing ends for ten minutes.
   void run(VkCommandBuffer commands, const std::string& what);
-  /// From now on run() finds the device lost, as a driver reports it: for tests, which cannot make a driver lose one.
+  /// From now on run() finds the device lost, as a driver reports it: for tests, which cannot make
+  /// a driver lose one.
   void lose_on_purpose() { lost_on_purpose_ = true; }
 
   double timestamp_period() const { return period_; }  ///< ns a tick

@@ -1,14 +1,14 @@
-// Access through the brick cache. A brick that is not held at the wanted level is asked for, for the next frame; until then the level that
-// is held stands in, or the brick's coarsest label.
+// Access through the brick cache. A brick that is not held at the wanted level is asked for, for
+// the next frame; until then the level that is held stands in, or the brick's coarsest label.
 #include "shaders/caches/brick_state.glsl"
 
 #define CVR_LOOKUP_LOOPS 0u
 
 bool cvr_complete = true;
 
-uint cvr_held;       // level held of the current brick
-Labels cvr_labels;   // its codes
-uint cvr_root;       // code of the coarsest level
+uint cvr_held;      // level held of the current brick
+Labels cvr_labels;  // its codes
+uint cvr_root;      // code of the coarsest level
 
 void cvr_enter_brick(uvec3, uint index, uint lod) {
   cvr_root = CVR_ROOTS.w[index];

@@ -1,13 +1,16 @@
-// Second pass: gives each requested brick a region, from its level's stack or from the untouched end, and lists it for decoding.
-// cvr_push.x: invocations of a decoding workgroup that take a brick each; cvr_push.y: most workgroups of a dispatch.
+// Second pass: gives each requested brick a region, from its level's stack or from the untouched
+// end, and lists it for decoding. cvr_push.x: invocations of a decoding workgroup that take a brick
+// each; cvr_push.y: most workgroups of a dispatch.
 #include "shaders/caches/brick_state.glsl"
 
 layout(local_size_x = 64) in;
 
-// Adds and takes back in place of a loop of compare-and-swap, over which thousands of invocations would wait for each other. The stacks
-// hold regions of one size and only shrink in this pass, so who took one too many gives one back. Regions at the untouched end have many
-// sizes: there the addition is taken back only if nobody has added since. Else what follows it could be given away twice, so the counter
-// stays too high, and what lies behind it is not there for anybody until the host empties the cache.
+// Adds and takes back in place of a loop of compare-and-swap, over which thousands of invocations
+// would wait for each other. The stacks hold regions of one size and only shrink in this pass, so
+// who took one too many gives one back. Regions at the untouched end have many sizes: there the
+// addition is taken back only if nobody has added since. Else what follows it could be given away
+// twice, so the counter stays too high, and what lies behind it is not there for anybody until the
+// host empties the cache.
 bool cvr_allocate(uint lod, out uint unit) {
   if (int(CVR_CONTROL.w[CVR_CONTROL_FREE + lod]) > 0) {
     int available = int(atomicAdd(CVR_CONTROL.w[CVR_CONTROL_FREE + lod], ~0u));

@@ -1,20 +1,24 @@
 // Third pass: decodes the listed bricks into their regions.
 //   CVR_DECODE_SERIAL       one invocation a brick, by the codec's serial decoder or, where it has none, cell by cell
 //   else                    one subgroup (= workgroup) a brick, by the codec's decoder for subgroups or, where it has none, each invocation
-//                           every n-th cell; with CVR_WORDS_SHARED it copies what is read over and over to shared memory first
-// Where a driver bounds loops, a brick is decoded in parts by several dispatches: cells cvr_push.x to cvr_push.x + cvr_push.y.
+//                           every n-th cell; with CVR_WORDS_SHARED it copies what is read over and
+//                           over to shared memory first
+// Where a driver bounds loops, a brick is decoded in parts by several dispatches: cells cvr_push.x
+// to cvr_push.x + cvr_push.y.
 #include "shaders/caches/brick_state.glsl"
 
 layout(local_size_x = CVR_DECODE_WIDTH) in;
 
-#if (defined(CVR_DECODE_SERIAL) && !defined(CVR_HAS_SERIAL)) || (!defined(CVR_DECODE_SERIAL) && !defined(CVR_HAS_TOGETHER))
+#if (defined(CVR_DECODE_SERIAL) && !defined(CVR_HAS_SERIAL)) || \
+    (!defined(CVR_DECODE_SERIAL) && !defined(CVR_HAS_TOGETHER))
 void cvr_decode_cells(uvec3 brick, uint lod, Labels labels, uint first, uint stride) {
   uint shift = CVR_BRICK_SHIFT - lod;
   uvec3 cells = (cvr_extent() + ((1u << lod) - 1u)) >> lod;
   uint end = min(1u << (3u * shift), cvr_push.x + cvr_push.y);
   BrickCells opened = cvr_open_cells(brick, lod);
   for (uint n = cvr_push.x + first; n < end; n += stride) {
-    uvec3 cell = (brick << shift) + uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
+    uvec3 cell = (brick << shift) +
+                 uvec3(cvr_morton_gather(n), cvr_morton_gather(n >> 1), cvr_morton_gather(n >> 2));
     if (all(lessThan(cell, cells))) cvr_store(labels, n, cvr_decode_cell(opened, cell, lod));
   }
 }
@@ -53,7 +57,8 @@ void main() {
     barrier();
     Global source = cvr_shared_source(brick);
     uint words = cvr_shared_words(brick);
-    for (uint w = gl_LocalInvocationID.x; w < words; w += CVR_DECODE_WIDTH) cvr_shared[w] = cvr_read_global(source, w);
+    for (uint w = gl_LocalInvocationID.x; w < words; w += CVR_DECODE_WIDTH)
+      cvr_shared[w] = cvr_read_global(source, w);
     barrier();
 #endif
     Labels labels = cvr_region(state.w[cvr_unit_address(index)]);

@@ -1,6 +1,7 @@
-// First pass of a frame: compares what the last frame wanted with what is held. One invocation a brick.
-// cvr_push.x: 1 = also give up bricks that the last frame did not want (there was no room); 2 = give up everything (no room, but in
-// pieces); the host then has emptied stacks and control block.
+// First pass of a frame: compares what the last frame wanted with what is held. One invocation a
+// brick. cvr_push.x: 1 = also give up bricks that the last frame did not want (there was no room);
+// 2 = give up everything (no room, but in pieces); the host then has emptied stacks and control
+// block.
 #include "shaders/caches/brick_state.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,5 +1,6 @@
-// The voxel cache: one table of 64-bit entries (shaders/shared/cuckoo.glsl). Entries are read and written whole, by 64-bit atomics.
-// cache[0] the table; cache_sizes[0] its entries, [1] bits of a position.
+// The voxel cache: one table of 64-bit entries (shaders/shared/cuckoo.glsl). Entries are read and
+// written whole, by 64-bit atomics. cache[0] the table; cache_sizes[0] its entries, [1] bits of a
+// position.
 #include "shaders/shared/cuckoo.glsl"
 
 const uint64_t CVR_FREE_ENTRY = ~uint64_t(0);
@@ -11,10 +12,12 @@ struct CuckooSlot {
 };
 
 uint64_t cvr_load_entry(uint position) {
-  return atomicLoad(Words64(cvr_frame.cache[0]).w[position], gl_ScopeDevice, gl_StorageSemanticsNone, gl_SemanticsRelaxed);
+  return atomicLoad(Words64(cvr_frame.cache[0]).w[position], gl_ScopeDevice,
+                    gl_StorageSemanticsNone, gl_SemanticsRelaxed);
 }
 void cvr_store_entry(uint position, uint64_t entry) {
-  atomicStore(Words64(cvr_frame.cache[0]).w[position], entry, gl_ScopeDevice, gl_StorageSemanticsNone, gl_SemanticsRelaxed);
+  atomicStore(Words64(cvr_frame.cache[0]).w[position], entry, gl_ScopeDevice,
+              gl_StorageSemanticsNone, gl_SemanticsRelaxed);
 }
 
 // True if the table holds the cell; `slot` then serves cvr_cuckoo_insert.
@@ -31,8 +34,9 @@ bool cvr_cuckoo_find(uvec3 voxel, uint lod, out CuckooSlot slot, out uint code) 
   return uint(second >> 32) == (slot.key | CVR_CUCKOO_SECOND);
 }
 
-// Stores at the first position; what lay there moves to its second position, unless it lay there already: then it is lost. So is what lies
-// at that second position; where both positions are one, that is the cell itself, and its next lookup misses.
+// Stores at the first position; what lay there moves to its second position, unless it lay there
+// already: then it is lost. So is what lies at that second position; where both positions are one,
+// that is the cell itself, and its next lookup misses.
 void cvr_cuckoo_insert(CuckooSlot slot, uint code) {
   cvr_store_entry(slot.first, (uint64_t(slot.key) << 32) | uint64_t(code));
   if (slot.found == CVR_FREE_ENTRY) return;
@@ -42,7 +46,8 @@ void cvr_cuckoo_insert(CuckooSlot slot, uint code) {
     return;
   }
   CVR_COUNT(CVR_COUNT_CACHE_EJECTIONS, 1);
-  uint second = cvr_cuckoo_second(ejected, slot.first, cvr_frame.cache_sizes[1], cvr_frame.cache_sizes[0]);
+  uint second =
+      cvr_cuckoo_second(ejected, slot.first, cvr_frame.cache_sizes[1], cvr_frame.cache_sizes[0]);
 #ifdef CVR_INSTRUMENTED
   if (cvr_load_entry(second) != CVR_FREE_ENTRY) CVR_COUNT(CVR_COUNT_CACHE_LOSSES, 1);
 #endif

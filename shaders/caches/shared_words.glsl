@@ -1,2 +1,3 @@
-// The copy of a brick's words that a cooperative decoder reads; before the shared text, which reads it through cvr_read.
+// The copy of a brick's words that a cooperative decoder reads; before the shared text, which reads
+// it through cvr_read.
 shared uint cvr_shared[CVR_SHARED_WORDS];

@@ -1,9 +1,11 @@
-// Voxel cache, without and with empty-space bits (CVR_EMPTY_SPACE; CSGV-R paper, section 4.2 and Algorithm 4).
+// Voxel cache, without and with empty-space bits (CVR_EMPTY_SPACE; CSGV-R paper, section 4.2 and
+// Algorithm 4).
 //
-// Departure from Algorithm 4, which would draw wrong pixels at coarse levels: it looks up the finest 2x2x2 block whatever the level,
-// but a coarse node can be visible though a block below it is not. Here a bit stands for a 2x2x2 block at levels 0 and 1, and
-// for the node itself at coarser levels: the bits of level l >= 2 follow those of the blocks.
-// cache[1] the bits; cache_sizes[2..7]: first word of the bits of levels 1 (also level 0), 2, 3, ...
+// Departure from Algorithm 4, which would draw wrong pixels at coarse levels: it looks up the
+// finest 2x2x2 block whatever the level, but a coarse node can be visible though a block below it
+// is not. Here a bit stands for a 2x2x2 block at levels 0 and 1, and for the node itself at coarser
+// levels: the bits of level l >= 2 follow those of the blocks. cache[1] the bits;
+// cache_sizes[2..7]: first word of the bits of levels 1 (also level 0), 2, 3, ...
 #include "shaders/caches/cuckoo_table.glsl"
 
 #define CVR_LOOKUP_LOOPS 0u
@@ -27,7 +29,8 @@ EmptyBit cvr_empty_bit(uvec3 cell, uint lod) {
   uint level = max(lod, 1u);
   uvec3 block = cell >> (level - lod);
   uvec3 blocks = (cvr_extent() + ((1u << level) - 1u)) >> level;
-  uint64_t bit = uint64_t(block.x) + uint64_t(blocks.x) * (uint64_t(block.y) + uint64_t(blocks.y) * uint64_t(block.z));
+  uint64_t bit = uint64_t(block.x) +
+                 uint64_t(blocks.x) * (uint64_t(block.y) + uint64_t(blocks.y) * uint64_t(block.z));
   return EmptyBit(cvr_frame.cache_sizes[1u + level] + uint(bit >> 5), 1u << (uint(bit) & 31u));
 }
 
@@ -50,15 +53,17 @@ bool cvr_lookup(uvec3 cell, uint lod, uvec3 brick, out uint code, out bool invis
   CVR_COUNT(CVR_COUNT_CACHE_HITS, 1);
 #ifdef CVR_INSTRUMENTED
   cvr_checking = true;
-  if (cvr_decode_cell(cvr_open_cells(brick, lod), cell, lod) != code) CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
+  if (cvr_decode_cell(cvr_open_cells(brick, lod), cell, lod) != code)
+    CVR_COUNT(CVR_COUNT_WRONG_LABELS, 1);
   cvr_checking = false;
 #endif
   return true;
 }
 
-// Decodes a cell that cvr_lookup does not know, and keeps it. With empty-space bits, an invisible cell makes the voxels of its block be
-// decoded too, until one is visible, unless the decoder knows that they all have the cell's label; the loop has the only call of the
-// decoder, since a kernel carries each call's text.
+// Decodes a cell that cvr_lookup does not know, and keeps it. With empty-space bits, an invisible
+// cell makes the voxels of its block be decoded too, until one is visible, unless the decoder knows
+// that they all have the cell's label; the loop has the only call of the decoder, since a kernel
+// carries each call's text.
 uint cvr_resolve(uvec3 cell, uint lod, uvec3 brick, out bool invisible) {
   CVR_COUNT(CVR_COUNT_CACHE_MISSES, 1);
   invisible = false;

@@ -2,7 +2,8 @@
 //
 // Buffers: 0 starts   first word of each brick and the end, bricks x fastest
 //          1 bricks   [CVR_LEVELS words][palette size] ... [palette, reversed]
-// The first palette entry, the last word of a brick, is the label of its root; every label of the brick is in its palette.
+// The first palette entry, the last word of a brick, is the label of its root; every label of the
+// brick is in its palette.
 
 CVR_FUNC uint cvr_brick_index(uvec3 brick) {
   uvec3 grid = cvr_grid();
@@ -27,7 +28,9 @@ CVR_FUNC Words cvr_brick_words(Global global) {
 #endif
 }
 
-CVR_FUNC uint cvr_brick_palette_size(Global words) { return cvr_read_global(words, uint(CVR_LEVELS)); }
+CVR_FUNC uint cvr_brick_palette_size(Global words) {
+  return cvr_read_global(words, uint(CVR_LEVELS));
+}
 
 CVR_FUNC uint cvr_decode_root(uvec3 brick) {
   return cvr_read_global(cvr_brick_global(brick), cvr_brick_word_count(brick) - 1u);
@@ -36,7 +39,8 @@ CVR_FUNC uint cvr_decode_root(uvec3 brick) {
 CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
   Global words = cvr_brick_global(brick);
   uint end = cvr_brick_word_count(brick);
-  for (uint i = end - cvr_brick_palette_size(words) + part; i < end; i += 1u << uint(CVR_BRICK_SHIFT)) {
+  for (uint i = end - cvr_brick_palette_size(words) + part; i < end;
+       i += 1u << uint(CVR_BRICK_SHIFT)) {
     if (cvr_code_visible(cvr_read_global(words, i))) return true;
   }
   return false;

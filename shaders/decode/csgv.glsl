@@ -1,6 +1,7 @@
 // `csgv-nibble` and `csgv-rans`: whole bricks in one sweep; they have no access to single nodes.
 //
-// Constants: CVR_CSGV_RANS 0 or 1, CVR_CSGV_DELTA 0 or 1. Buffers: see bricks.glsl; with rANS 2 tables: 2 x 2^14 slots.
+// Constants: CVR_CSGV_RANS 0 or 1, CVR_CSGV_DELTA 0 or 1. Buffers: see bricks.glsl; with rANS 2
+// tables: 2 x 2^14 slots.
 #include "shaders/decode/bricks.glsl"
 
 #if CVR_CSGV_RANS

@@ -2,8 +2,8 @@
 //
 // Buffers: see groups.glsl; 2 labels   of the volume, ascending
 //                           3 tables   see CtxTables
-// Constants: CVR_CTX_GROUP_SHIFT log2 of the bricks a side of a group; CVR_CTX_LABEL_BITS; CVR_CTX_ROWS_AT, CVR_CTX_SLOTS_AT,
-// CVR_CTX_SYMBOLS_AT, CVR_CTX_NUMBERS: see CtxTables.
+// Constants: CVR_CTX_GROUP_SHIFT log2 of the bricks a side of a group; CVR_CTX_LABEL_BITS;
+// CVR_CTX_ROWS_AT, CVR_CTX_SLOTS_AT, CVR_CTX_SYMBOLS_AT, CVR_CTX_NUMBERS: see CtxTables.
 #include "shaders/decode/groups.glsl"
 #include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgv_ctx.glsl"
@@ -19,7 +19,8 @@ CVR_FUNC CtxPlace cvr_ctx_place(uvec3 brick) {
   uvec3 bricks = cvr_group_bricks(brick, shift);
   CtxPlace place;
   place.words = CVR_BUFFER_AT(1, cvr_group_word(brick, shift));
-  place.group = cvr_ctx_group(place.words, bricks.x * bricks.y * bricks.z, uint(CVR_CTX_LABEL_BITS));
+  place.group =
+      cvr_ctx_group(place.words, bricks.x * bricks.y * bricks.z, uint(CVR_CTX_LABEL_BITS));
   place.member = cvr_group_member(brick, shift);
   return place;
 }
@@ -45,7 +46,8 @@ CVR_FUNC CtxDecoding cvr_ctx_decoding(CtxPlace place, uvec3 brick, uint lod) {
 CVR_FUNC uint cvr_decode_root(uvec3 brick) {
   CtxPlace place = cvr_ctx_place(brick);
   uint bits = uint(CVR_CTX_LABEL_BITS);
-  return cvr_ctx_list_label(place.words, CVR_BUFFER(2), place.group, cvr_ctx_root(place.words, place.group, place.member), bits);
+  return cvr_ctx_list_label(place.words, CVR_BUFFER(2), place.group,
+                            cvr_ctx_root(place.words, place.group, place.member), bits);
 }
 
 CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
@@ -59,7 +61,8 @@ CVR_FUNC bool cvr_decode_visible(uvec3 brick, uint part) {
 
 CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
   CtxPlace place = cvr_ctx_place(brick);
-  cvr_ctx_decode(place.words, CVR_BUFFER(2), CVR_BUFFER(3), cvr_ctx_decoding(place, brick, lod), labels);
+  cvr_ctx_decode(place.words, CVR_BUFFER(2), CVR_BUFFER(3), cvr_ctx_decoding(place, brick, lod),
+                 labels);
 }
 
 #ifdef CVR_HAS_TOGETHER

@@ -1,5 +1,6 @@
-// Bricks of `csgv-ctx` by subgroups: the stream has one reader, so all invocations read it alike; what a symbol's context is made of is
-// found by one invocation for each of the eight children, and labels are stored by all. Only the first 32 invocations take part.
+// Bricks of `csgv-ctx` by subgroups: the stream has one reader, so all invocations read it alike;
+// what a symbol's context is made of is found by one invocation for each of the eight children, and
+// labels are stored by all. Only the first 32 invocations take part.
 
 // What one invocation has stored the others may read.
 void cvr_ctx_meet() {
@@ -20,15 +21,19 @@ uint cvr_ctx_link(Labels labels, CtxLevel level) {
     if (counts) is_open = cvr_ctx_is_open(labels, level, n);
     uint all = subgroupBallot(is_open).x;
     uint later = all & ~((2u << lane) - 1u);
-    if (is_open) cvr_store(labels, (n << (level.shift + 3u)) + 1u, later != 0u ? first + uint(findLSB(later)) : open);
-    else if (counts) cvr_ctx_hand_down(labels, level, n);
+    if (is_open)
+      cvr_store(labels, (n << (level.shift + 3u)) + 1u,
+                later != 0u ? first + uint(findLSB(later)) : open);
+    else if (counts)
+      cvr_ctx_hand_down(labels, level, n);
     if (all != 0u) open = first + uint(findLSB(all));
   }
   return open;
 }
 
 // As cvr_ctx_block, but all children at once as far as they do not wait for each other.
-void cvr_ctx_block_together(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, CtxLevel level, uint n, uint parent,
+void cvr_ctx_block_together(Words words, Global volume_labels, Global tables, CtxDecoding d,
+                            Labels labels, CtxLevel level, uint n, uint parent,
                             inout CtxPalette palette, inout CtxStream stream) {
   uint c = gl_SubgroupInvocationID & 7u;
   CtxChild mine;
@@ -51,10 +56,13 @@ void cvr_ctx_block_together(Words words, Global volume_labels, Global tables, Ct
   CVR_UNROLL for (uint k = 0u; k < 8u; ++k) {
     if (cvr_serial_is_inside(level.limits, 8u * n + k)) {
       uint dynamic_bits = cvr_ctx_dynamic_bits(mine, c, parent, siblings, palette, d.brick.labels);
-      uint distribution = subgroupBroadcast(cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), k);
+      uint distribution =
+          subgroupBroadcast(cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), k);
       uint symbol = cvr_ctx_symbol(words, tables, d.tables, distribution, stream);
       uint decoded = subgroupBroadcast(cvr_ctx_copied(mine, symbol & 7u, parent), k);
-      if ((symbol & 7u) >= CVR_OP_ADVANCE) decoded = cvr_ctx_from_palette(words, volume_labels, tables, d, symbol & 7u, palette, stream);
+      if ((symbol & 7u) >= CVR_OP_ADVANCE)
+        decoded =
+            cvr_ctx_from_palette(words, volume_labels, tables, d, symbol & 7u, palette, stream);
       if (decoded != parent) {
         siblings.other |= 1u << k;
         siblings.newest = decoded;
@@ -88,7 +96,8 @@ void cvr_decode_brick_together(uvec3 brick, uint lod, Labels labels) {
     while (n < level.parents) {
       uint at = n << (level.shift + 3u);
       uint next = cvr_load(labels, at + 1u);
-      cvr_ctx_block_together(place.words, CVR_BUFFER(2), CVR_BUFFER(3), d, labels, level, n, cvr_load(labels, at), palette, stream);
+      cvr_ctx_block_together(place.words, CVR_BUFFER(2), CVR_BUFFER(3), d, labels, level, n,
+                             cvr_load(labels, at), palette, stream);
       n = next;
     }
   }

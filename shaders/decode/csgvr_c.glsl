@@ -33,7 +33,9 @@ CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
   uvec3 node = cell & ((1u << level) - 1u);
   uint index;
   uint hops = 0u;
-  if (!cvr_c_index(cells.words, CVR_BUFFER(2), cells.brick, cvr_morton_encode(node.x, node.y, node.z), level, index, hops)) index = 0u;
+  if (!cvr_c_index(cells.words, CVR_BUFFER(2), cells.brick,
+                   cvr_morton_encode(node.x, node.y, node.z), level, index, hops))
+    index = 0u;
   CVR_COUNT_HOPS(hops);
   return cvr_c_label(cells.global, cells.brick, index);
 }
@@ -44,16 +46,21 @@ CVR_FUNC uint cvr_decode_root(uvec3 brick) {
   return cvr_c_label(group, opened, opened.root);
 }
 
-CVR_FUNC uint cvr_c_code(BrickCells cells, uint index) { return cvr_c_label(cells.global, cells.brick, index); }
+CVR_FUNC uint cvr_c_code(BrickCells cells, uint index) {
+  return cvr_c_label(cells.global, cells.brick, index);
+}
 
 // Whether one of the labels of a run is visible.
 CVR_FUNC bool cvr_c_run_visible(BrickCells cells, bool fine, uint run) {
   CsgvrcRuns runs = cvr_c_runs(cells.brick, fine);
   uint rest = (fine ? cells.brick.fine_blocks : cells.brick.coarse_blocks) - run * CVR_C_RUN;
   uint at = cvr_c_run_begin(cells.words, runs, run);
-  uint labels = cvr_c_skip(cells.words, CVR_BUFFER(2), fine, rest < CVR_C_RUN ? rest : CVR_C_RUN, at);
+  uint labels =
+      cvr_c_skip(cells.words, CVR_BUFFER(2), fine, rest < CVR_C_RUN ? rest : CVR_C_RUN, at);
   for (uint k = 0u; k < labels; ++k) {
-    if (cvr_code_visible(cvr_c_code(cells, cvr_c_bits(cells.words, at + k * cells.brick.index_bits, cells.brick.index_bits)))) return true;
+    if (cvr_code_visible(cvr_c_code(cells, cvr_c_bits(cells.words, at + k * cells.brick.index_bits,
+                                                      cells.brick.index_bits))))
+      return true;
   }
   return false;
 }

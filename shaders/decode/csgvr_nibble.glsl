@@ -1,4 +1,5 @@
-// `csgvr-nibble`: single nodes by counting nibbles, whole bricks in one sweep. Buffers: see bricks.glsl.
+// `csgvr-nibble`: single nodes by counting nibbles, whole bricks in one sweep. Buffers: see
+// bricks.glsl.
 #include "shaders/decode/bricks.glsl"
 
 struct BrickCells {
@@ -21,7 +22,8 @@ CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint lod) {
   uint n = cvr_morton_encode(node.x, node.y, node.z);
   uint index;
   uint hops = 0u;
-  if (!cvr_csgvr_nibble_palette_index(cells.words, uint(CVR_LEVELS), n, level, index, hops)) index = 0u;
+  if (!cvr_csgvr_nibble_palette_index(cells.words, uint(CVR_LEVELS), n, level, index, hops))
+    index = 0u;
   CVR_COUNT_HOPS(hops);
   return cvr_read_global(cells.global, cells.word_count - 1u - index);
 }

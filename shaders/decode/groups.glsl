@@ -1,4 +1,5 @@
-// Where a brick lies among groups of bricks, 2^shift a side, which have one entry in the start table.
+// Where a brick lies among groups of bricks, 2^shift a side, which have one entry in the start
+// table.
 //
 // Buffers: 0 starts   first word of each group and the end, groups x fastest
 //          1 bricks   the groups
@@ -7,7 +8,8 @@
 CVR_FUNC uint64_t cvr_group_word(uvec3 brick, uint shift) {
   uvec3 group = brick >> shift;
   uvec3 groups = (cvr_grid() + ((1u << shift) - 1u)) >> shift;
-  return uint64_t(cvr_read_global(CVR_BUFFER(0), group.x + groups.x * (group.y + groups.y * group.z)));
+  return uint64_t(
+      cvr_read_global(CVR_BUFFER(0), group.x + groups.x * (group.y + groups.y * group.z)));
 }
 
 // The bricks of its group along each axis: fewer at the border of the volume.

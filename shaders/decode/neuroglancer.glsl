@@ -5,7 +5,8 @@
 //          2 streams   of the stored levels
 //          3 coarser   streams of the other levels
 //          4 remap     only where CVR_REMAP_SIZE > 0: all labels, ascending, two words each
-// Constants: CVR_NEUROGLANCER_BLOCK_X, _Y, _Z voxels of a block; CVR_NEUROGLANCER_TABLE_WORDS words of a label, 1 or 2;
+// Constants: CVR_NEUROGLANCER_BLOCK_X, _Y, _Z voxels of a block; CVR_NEUROGLANCER_TABLE_WORDS words
+// of a label, 1 or 2;
 //            CVR_REMAP_SIZE labels that do not fit in 32 bits
 
 // Blocks along an axis of the chunk at `chunk`.
@@ -15,10 +16,10 @@ CVR_FUNC uint cvr_chunk_blocks(uint chunk, uint edge, uint extent, uint block) {
 }
 
 struct BrickCells {
-  uint edge;                 // of a chunk of the level
-  uint extent_x, extent_y;   // of the level
+  uint edge;                // of a chunk of the level
+  uint extent_x, extent_y;  // of the level
   uint chunks_x, chunks_y;
-  uint first;                // chunk of the level
+  uint first;  // chunk of the level
   uint stored;
 };
 

@@ -3,7 +3,8 @@
 // Buffers: 0 voxels   all levels, each from a whole word on
 //          1 levels   5 words a level: first word (low, high), extent along x, y, z
 //          2 remap    only where CVR_REMAP_SIZE > 0: all labels, ascending, two words each
-// Constants: CVR_RAW_BITS 8, 16, 32 or 64 bits a voxel; CVR_REMAP_SIZE labels that do not fit in 32 bits (with 64 bits alone)
+// Constants: CVR_RAW_BITS 8, 16, 32 or 64 bits a voxel; CVR_REMAP_SIZE labels that do not fit in 32
+// bits (with 64 bits alone)
 
 struct BrickCells {
   uint64_t first;  // word of the level
@@ -21,7 +22,8 @@ CVR_FUNC BrickCells cvr_open_cells(uvec3, uint lod) {
 }
 
 CVR_FUNC uint cvr_decode_cell(BrickCells cells, uvec3 cell, uint) {
-  uint64_t voxel = uint64_t(cell.x) + cells.extent_x * (uint64_t(cell.y) + cells.extent_y * uint64_t(cell.z));
+  uint64_t voxel =
+      uint64_t(cell.x) + cells.extent_x * (uint64_t(cell.y) + cells.extent_y * uint64_t(cell.z));
   uint64_t bit = voxel * uint64_t(CVR_RAW_BITS);
   Global words = CVR_BUFFER_AT(0, cells.first + (bit >> 5));
   CVR_COUNT_HOPS(1u);

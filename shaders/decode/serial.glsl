@@ -1,5 +1,5 @@
-// cvr_decode_brick for the CSGV families. One of the CVR_SERIAL_* sources of symbols is defined before this text, and
-// CVR_SERIAL_STOP_BITS (wavelet) or CVR_SERIAL_DELTA (nibble, rANS).
+// cvr_decode_brick for the CSGV families. One of the CVR_SERIAL_* sources of symbols is defined
+// before this text, and CVR_SERIAL_STOP_BITS (wavelet) or CVR_SERIAL_DELTA (nibble, rANS).
 #include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgv_serial.glsl"
 

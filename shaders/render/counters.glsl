@@ -1,4 +1,5 @@
-// Counters of instrumented kernels, and the status words that the host reads after each frame. Same text for GLSL and C++.
+// Counters of instrumented kernels, and the status words that the host reads after each frame. Same
+// text for GLSL and C++.
 #ifndef CVR_COUNTERS_GLSL
 #define CVR_COUNTERS_GLSL
 
@@ -12,7 +13,7 @@
 #define CVR_COUNT_CACHE_MISSES 7
 #define CVR_COUNT_CACHE_EJECTIONS 8  // entries that moved to their second position
 #define CVR_COUNT_CACHE_LOSSES 9     // entries that were overwritten
-#define CVR_COUNT_WRONG_LABELS 10  // cache hits whose label is another one's: two keys collide
+#define CVR_COUNT_WRONG_LABELS 10    // cache hits whose label is another one's: two keys collide
 #define CVR_COUNT_EMPTY_SPACE_SKIPS 11
 #define CVR_COUNT_EMPTY_SPACE_MARKS 12
 #define CVR_COUNT_BRICKS_REQUESTED 13

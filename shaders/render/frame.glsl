@@ -1,7 +1,7 @@
 // What every kernel includes first: the frame, its buffers, materials and counters.
 #include "shaders/render/counters.glsl"
 
-layout(scalar, set = 0, binding = 0) uniform Frame {
+layout(scalar, set = 0, binding = 0) uniform Frame{
 #include "shaders/render/frame_fields.glsl"
 } cvr_frame;
 
@@ -11,9 +11,10 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer Words32 { ui
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer Words64 { uint64_t w[]; };
 
 #ifdef CVR_INSTRUMENTED
-// Counts of an invocation; cvr_keep_counts, which each instrumented kernel calls last, adds them to the frame's. Shared counters would
-// make all invocations wait for each other at every count.
-uint cvr_counted[CVR_COUNTERS] = uint[CVR_COUNTERS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+// Counts of an invocation; cvr_keep_counts, which each instrumented kernel calls last, adds them to
+// the frame's. Shared counters would make all invocations wait for each other at every count.
+uint cvr_counted[CVR_COUNTERS] =
+    uint[CVR_COUNTERS](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 #define CVR_COUNT(counter, n) cvr_counted[counter] += uint(n)
 uint cvr_words_touched = 0u;
 bool cvr_checking = false;  // what is decoded to check a cache is not the work of the mode

@@ -1,5 +1,6 @@
-// The ray marcher (CSGV-R paper, section 4; gpu/IMAGE.md says what it draws): one invocation a pixel, primary and secondary ray by the
-// same loop. A brick without visible labels is stepped over as one cell; others cell by cell of the brick's level of detail.
+// The ray marcher (CSGV-R paper, section 4; gpu/IMAGE.md says what it draws): one invocation a
+// pixel, primary and secondary ray by the same loop. A brick without visible labels is stepped over
+// as one cell; others cell by cell of the brick's level of detail.
 #include "shaders/render/ray.glsl"
 #include "shaders/shared/pcg.glsl"
 
@@ -15,7 +16,8 @@ const float CVR_LEAST_TRANSMITTANCE = 1.0 / 256.0;
 
 layout(local_size_x = 64) in;
 
-// Loop iterations of an invocation, where the driver bounds them: spent by decoders at the worst, and as the slowest of a subgroup.
+// Loop iterations of an invocation, where the driver bounds them: spent by decoders at the worst,
+// and as the slowest of a subgroup.
 #ifdef CVR_LOOP_LIMIT
 uint cvr_spent = 0u;
 #define CVR_SPEND(n) cvr_spent += (n)
@@ -33,15 +35,17 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer Colours { v
 struct Light {
   vec3 colour;
   float transmittance;
-  uint hit;       // code of the first visible cell
-  bool any;       // there is one
-  bool surface;   // it ended on an opaque cell, of this material:
+  uint hit;      // code of the first visible cell
+  bool any;      // there is one
+  bool surface;  // it ended on an opaque cell, of this material:
   uint material;
 };
 
 Light cvr_no_light() { return Light(vec3(0.0), 1.0, 0u, false, false, 0u); }
 
-vec3 cvr_albedo(uint rgba) { return vec3(rgba & 255u, rgba >> 8 & 255u, rgba >> 16 & 255u) / 255.0; }
+vec3 cvr_albedo(uint rgba) {
+  return vec3(rgba & 255u, rgba >> 8 & 255u, rgba >> 16 & 255u) / 255.0;
+}
 
 // Takes a visible cell's material where the label has changed; true if the ray ends.
 bool cvr_blend(uint code, uint rgba, inout Light light) {
@@ -62,7 +66,8 @@ bool cvr_blend(uint code, uint rgba, inout Light light) {
 
 ivec3 cvr_axis_mask(int axis) { return ivec3(axis == 0, axis == 1, axis == 2); }
 
-// Where a ray is: the finest voxel that it has just entered, when and through which axis, and the label before.
+// Where a ray is: the finest voxel that it has just entered, when and through which axis, and the
+// label before.
 struct Walk {
   ivec3 voxel;
   int axis;
@@ -71,9 +76,10 @@ struct Walk {
   bool fresh;  // no label before
 };
 
-// Walks until the ray ends, leaves the volume or reaches `reach` (`ao` alone has an end). True if it was suspended: the driver would
-// silently end its loops soon. Cells that the cache knows are passed in loops of their own, brick after brick; those that must be decoded
-// wait until all rays of the subgroup have come to one or to their end.
+// Walks until the ray ends, leaves the volume or reaches `reach` (`ao` alone has an end). True if
+// it was suspended: the driver would silently end its loops soon. Cells that the cache knows are
+// passed in loops of their own, brick after brick; those that must be decoded wait until all rays
+// of the subgroup have come to one or to their end.
 bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
   // Where it ends, cells are cut: a coarse cell may reach beyond the volume.
   int64_t end = min(ray.leave, reach + 1);
@@ -94,84 +100,86 @@ bool cvr_march(Ray ray, int64_t reach, inout Walk walk, inout Light light) {
   while (true) {
     bool missing = false;
 #endif
-  while (true) {
-    CVR_SPEND_TOGETHER();
-#ifdef CVR_RESOLVE_LOOPS
-    if (!known)
-#endif
-    {
-      brick = uvec3(walk.voxel) >> CVR_BRICK_SHIFT;
-      uint index = cvr_brick_number(brick);
-      lod = Words32(cvr_frame.bricks).w[index];
-      empty = lod == CVR_EMPTY_BRICK;
-      if (empty) {
-        lod = CVR_BRICK_SHIFT;
-      } else {
-        CVR_COUNT(CVR_COUNT_BRICKS_ENTERED, 1);
-        cvr_enter_brick(brick, index, lod);
-      }
-      cell = walk.voxel >> lod;
-      next = cvr_times(ray, (cell + max(ray.sense, ivec3(0))) << lod);
-      stride = ray.spacing << lod;
-      brick_shift = int(CVR_BRICK_SHIFT - lod);
-    }
-    ivec3 mask = ivec3(0);
     while (true) {
-      bool invisible = empty;
-      uint code = 0u;
-      if (!empty) {
+      CVR_SPEND_TOGETHER();
 #ifdef CVR_RESOLVE_LOOPS
-        if (known) {
-          code = decoded;
-          invisible = hidden;
-          known = false;
+      if (!known)
+#endif
+      {
+        brick = uvec3(walk.voxel) >> CVR_BRICK_SHIFT;
+        uint index = cvr_brick_number(brick);
+        lod = Words32(cvr_frame.bricks).w[index];
+        empty = lod == CVR_EMPTY_BRICK;
+        if (empty) {
+          lod = CVR_BRICK_SHIFT;
         } else {
-          CVR_COUNT(CVR_COUNT_CELLS_READ, 1);
-          if (!cvr_lookup(uvec3(cell), lod, brick, code, invisible)) {
-            missing = true;
-            break;
-          }
+          CVR_COUNT(CVR_COUNT_BRICKS_ENTERED, 1);
+          cvr_enter_brick(brick, index, lod);
         }
+        cell = walk.voxel >> lod;
+        next = cvr_times(ray, (cell + max(ray.sense, ivec3(0))) << lod);
+        stride = ray.spacing << lod;
+        brick_shift = int(CVR_BRICK_SHIFT - lod);
+      }
+      ivec3 mask = ivec3(0);
+      while (true) {
+        bool invisible = empty;
+        uint code = 0u;
+        if (!empty) {
+#ifdef CVR_RESOLVE_LOOPS
+          if (known) {
+            code = decoded;
+            invisible = hidden;
+            known = false;
+          } else {
+            CVR_COUNT(CVR_COUNT_CELLS_READ, 1);
+            if (!cvr_lookup(uvec3(cell), lod, brick, code, invisible)) {
+              missing = true;
+              break;
+            }
+          }
 #else
         CVR_COUNT(CVR_COUNT_CELLS_READ, 1);
         cvr_lookup(uvec3(cell), lod, brick, code, invisible);
 #endif
-      }
-      if (invisible) {
-        walk.fresh = true;
-      } else if (walk.fresh || code != walk.last) {
-        walk.last = code;
-        walk.fresh = false;
-        uint rgba = cvr_material(code);
-        if (cvr_opacity(rgba) != 0u && cvr_blend(code, rgba, light)) {
+        }
+        if (invisible) {
+          walk.fresh = true;
+        } else if (walk.fresh || code != walk.last) {
+          walk.last = code;
+          walk.fresh = false;
+          uint rgba = cvr_material(code);
+          if (cvr_opacity(rgba) != 0u && cvr_blend(code, rgba, light)) {
+            ended = true;
+            break;
+          }
+        }
+        walk.axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
+        mask = cvr_axis_mask(walk.axis);
+        walk.t = walk.axis == 0 ? next.x : walk.axis == 1 ? next.y : next.z;
+        if (walk.t >= end) {
           ended = true;
           break;
         }
+        next += stride * i64vec3(mask);
+        cell += ray.sense * mask;
+        CVR_SPEND(1u + CVR_LOOKUP_LOOPS);
+        suspend = CVR_SPENT_MUCH;
+        if (suspend || ((cell >> brick_shift) - ivec3(brick)) * mask != ivec3(0)) break;
       }
-      walk.axis = next.x <= next.y ? (next.x <= next.z ? 0 : 2) : (next.y <= next.z ? 1 : 2);
-      mask = cvr_axis_mask(walk.axis);
-      walk.t = walk.axis == 0 ? next.x : walk.axis == 1 ? next.y : next.z;
-      if (walk.t >= end) {
-        ended = true;
-        break;
-      }
-      next += stride * i64vec3(mask);
-      cell += ray.sense * mask;
-      CVR_SPEND(1u + CVR_LOOKUP_LOOPS);
-      suspend = CVR_SPENT_MUCH;
-      if (suspend || ((cell >> brick_shift) - ivec3(brick)) * mask != ivec3(0)) break;
-    }
-    if (ended) break;
+      if (ended) break;
 #ifdef CVR_RESOLVE_LOOPS
-    if (missing) break;
+      if (missing) break;
 #endif
-    // The finest voxel: on the crossed axis beside its plane, on the others by the planes crossed until now.
-    ivec3 backwards = ivec3(lessThan(ray.sense, ivec3(0)));
-    ivec3 entered = ((cell + backwards) << lod) - backwards;
-    ivec3 inside = lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, walk.t, walk.axis), walk.voxel);
-    walk.voxel = inside * (1 - mask) + entered * mask;
-    if (suspend) break;
-  }
+      // The finest voxel: on the crossed axis beside its plane, on the others by the planes crossed
+      // until now.
+      ivec3 backwards = ivec3(lessThan(ray.sense, ivec3(0)));
+      ivec3 entered = ((cell + backwards) << lod) - backwards;
+      ivec3 inside =
+          lod == 0u ? cell : cvr_cell_after(ray, cvr_crossed(ray, walk.t, walk.axis), walk.voxel);
+      walk.voxel = inside * (1 - mask) + entered * mask;
+      if (suspend) break;
+    }
 #ifdef CVR_RESOLVE_LOOPS
     CVR_SPEND_TOGETHER();
     if (!missing) break;
@@ -189,16 +197,19 @@ i64vec3 cvr_surface_point(Ray ray, int64_t t, int axis, i64vec3 origin) {
   ivec3 k = cvr_crossed(ray, t, axis);
   i64vec3 since = i64vec3(t) - ray.t0 - i64vec3(k) * ray.spacing;
   vec3 part = clamp(vec3(since) * ray.frequency, vec3(0.0), vec3(0.99999));
-  i64vec3 point = cvr_planes_at(ray.p0 + ray.sense * k) + i64vec3(ray.sense) * i64vec3(part * exp2(float(CVR_ONE_VOXEL)));
+  i64vec3 point = cvr_planes_at(ray.p0 + ray.sense * k) +
+                  i64vec3(ray.sense) * i64vec3(part * exp2(float(CVR_ONE_VOXEL)));
   ivec3 mask = cvr_axis_mask(axis);
-  point = point * i64vec3(1 - mask) + (cvr_planes_at(ray.p0 + ray.sense * k) - i64vec3(ray.sense)) * i64vec3(mask);
+  point = point * i64vec3(1 - mask) +
+          (cvr_planes_at(ray.p0 + ray.sense * k) - i64vec3(ray.sense)) * i64vec3(mask);
   return i64vec3(ray.sense.x == 0 ? origin.x : point.x, ray.sense.y == 0 ? origin.y : point.y,
                  ray.sense.z == 0 ? origin.z : point.z);
 }
 #endif
 
 #if CVR_SHADING == CVR_SHADING_AO
-// A cosine-distributed direction about the face normal, in voxel space with its largest component 2^30; `reach` in units of t.
+// A cosine-distributed direction about the face normal, in voxel space with its largest component
+// 2^30; `reach` in units of t.
 i64vec3 cvr_ambient_direction(uvec2 pixel, uint number, int axis, int side, out int64_t reach) {
   uvec3 random = uvec3(pixel, number);
   cvr_pcg3d(random.x, random.y, random.z);
@@ -208,7 +219,8 @@ i64vec3 cvr_ambient_direction(uvec2 pixel, uint number, int axis, int side, out 
   float b = sqrt(u1) * sin(phi);
   float n = sqrt(1.0 - u1) * float(side);
   vec3 world = axis == 0 ? vec3(n, a, b) : axis == 1 ? vec3(b, n, a) : vec3(a, b, n);
-  vec3 d = world * vec3(cvr_frame.inverse_scale[0], cvr_frame.inverse_scale[1], cvr_frame.inverse_scale[2]);
+  vec3 d = world *
+           vec3(cvr_frame.inverse_scale[0], cvr_frame.inverse_scale[1], cvr_frame.inverse_scale[2]);
   float largest = max(max(abs(d.x), abs(d.y)), abs(d.z));
   reach = int64_t(largest * cvr_frame.ao_distance * 65536.0) << 24;
   return i64vec3(d / largest * 1073741824.0);
@@ -244,14 +256,16 @@ i64vec3 cvr_primary_direction(uvec2 pixel) {
 
 // Index of a pixel's position in its 8x8 tile by Morton order, so that a subgroup covers a square.
 uvec2 cvr_pixel_in_tile(uint i) {
-  return uvec2((i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u), (i >> 1 & 1u) | (i >> 2 & 2u) | (i >> 3 & 4u));
+  return uvec2((i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u),
+               (i >> 1 & 1u) | (i >> 2 & 2u) | (i >> 3 & 4u));
 }
 
 void cvr_draw() {
   uint tiles_x = (cvr_frame.width + 7u) / 8u;
   uint tile = gl_WorkGroupID.x;
   if (((tile * 0x9e3779b1u >> 8) & cvr_frame.focus_mask) != cvr_frame.focus_value) return;
-  uvec2 pixel = uvec2(tile % tiles_x, tile / tiles_x) * 8u + cvr_pixel_in_tile(gl_LocalInvocationID.x);
+  uvec2 pixel =
+      uvec2(tile % tiles_x, tile / tiles_x) * 8u + cvr_pixel_in_tile(gl_LocalInvocationID.x);
   if (pixel.x >= cvr_frame.width || pixel.y >= cvr_frame.height) return;
   uint at = pixel.x + cvr_frame.width * pixel.y;
   vec4 sum = cvr_frame.restart != 0u ? vec4(0.0) : Colours(cvr_frame.colours).c[at];
@@ -297,7 +311,9 @@ void cvr_draw() {
     }
 #endif
     if (state.secondary) {
-      seen = state.light.surface || state.light.transmittance < CVR_LEAST_TRANSMITTANCE ? 0.0 : state.light.transmittance;
+      seen = state.light.surface || state.light.transmittance < CVR_LEAST_TRANSMITTANCE
+                 ? 0.0
+                 : state.light.transmittance;
       break;
     }
     state.primary = state.light;

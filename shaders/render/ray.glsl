@@ -1,9 +1,12 @@
-// Rays in exact integers (gpu/IMAGE.md, Precision): every device and every cache visits the same cells.
+// Rays in exact integers (gpu/IMAGE.md, Precision): every device and every cache visits the same
+// cells.
 //
-// Positions are in 2^-20 voxels, directions integers up to 2^30, the parameter t in 2^-40 of a voxel along the dominant axis. On axis b the
-// planes that a ray crosses are evenly spaced: t(k) = t0_b + k * spacing_b, k counting planes from reference plane p0_b in the ray's
-// direction. With integers it makes no difference whether a ray steps plane by plane or over a brick at once.
-// spacing is cut at 2^55, t at +-2^61: no ray crosses two planes 2^15 voxels apart, since no volume is larger.
+// Positions are in 2^-20 voxels, directions integers up to 2^30, the parameter t in 2^-40 of a
+// voxel along the dominant axis. On axis b the planes that a ray crosses are evenly spaced: t(k) =
+// t0_b + k * spacing_b, k counting planes from reference plane p0_b in the ray's direction. With
+// integers it makes no difference whether a ray steps plane by plane or over a brick at once.
+// spacing is cut at 2^55, t at +-2^61: no ray crosses two planes 2^15 voxels apart, since no volume
+// is larger.
 #ifndef CVR_RAY_GLSL
 #define CVR_RAY_GLSL
 
@@ -50,10 +53,12 @@ Slope cvr_slope(int64_t largest, int64_t d) {
   uint64_t quotient = dividend / uint64_t(d);
   uint64_t remainder = dividend - quotient * uint64_t(d);
   bool wide = quotient >= (uint64_t(1) << 47);
-  return Slope(int64_t(quotient), wide ? CVR_WIDEST : int64_t((quotient << 8) | ((remainder << 8) / uint64_t(d))));
+  return Slope(int64_t(quotient),
+               wide ? CVR_WIDEST : int64_t((quotient << 8) | ((remainder << 8) / uint64_t(d))));
 }
 
-// When a plane this far along its axis is crossed. Where the spacing is cut, the first crossing still comes when it is due.
+// When a plane this far along its axis is crossed. Where the spacing is cut, the first crossing
+// still comes when it is due.
 int64_t cvr_time(int64_t distance, Slope slope) {
   if (slope.spacing < CVR_WIDEST) return cvr_scaled(distance, slope.spacing);
   return clamp(cvr_scaled(distance, slope.coarse), -(CVR_NEVER >> 8), CVR_NEVER >> 8) << 8;
@@ -63,9 +68,12 @@ int64_t cvr_max3(i64vec3 v) { return max(max(v.x, v.y), v.z); }
 i64vec3 cvr_planes_at(ivec3 plane) { return i64vec3(plane) << CVR_ONE_VOXEL; }
 
 // When the planes are crossed. Axes without movement: never.
-i64vec3 cvr_times(Ray ray, ivec3 plane) { return ray.t0 + i64vec3((plane - ray.p0) * ray.sense) * ray.spacing; }
+i64vec3 cvr_times(Ray ray, ivec3 plane) {
+  return ray.t0 + i64vec3((plane - ray.p0) * ray.sense) * ray.spacing;
+}
 
-// Planes crossed on each axis at time t, counted from p0; of planes at t itself those of axes up to `axis`.
+// Planes crossed on each axis at time t, counted from p0; of planes at t itself those of axes up to
+// `axis`.
 ivec3 cvr_crossed(Ray ray, int64_t t, int axis) {
   i64vec3 until = i64vec3(t) - i64vec3(0, axis < 1 ? 1 : 0, axis < 2 ? 1 : 0) - ray.t0;
   ivec3 k = ivec3(floor(vec3(until) * ray.frequency));  // right or one off
@@ -73,8 +81,9 @@ ivec3 cvr_crossed(Ray ray, int64_t t, int axis) {
   k -= ivec3(lessThan(rest, i64vec3(0)));
   k += ivec3(greaterThanEqual(rest, ray.spacing)) * abs(ray.sense);
   // A cut spacing is wider in truth: of two neighbouring planes at most one lies behind.
-  ivec3 least = ivec3(ray.spacing.x == CVR_WIDEST ? -1 : k.x, ray.spacing.y == CVR_WIDEST ? -1 : k.y,
-                      ray.spacing.z == CVR_WIDEST ? -1 : k.z);
+  ivec3 least =
+      ivec3(ray.spacing.x == CVR_WIDEST ? -1 : k.x, ray.spacing.y == CVR_WIDEST ? -1 : k.y,
+            ray.spacing.z == CVR_WIDEST ? -1 : k.z);
   return max(k, least);
 }
 
@@ -82,12 +91,14 @@ ivec3 cvr_crossed(Ray ray, int64_t t, int axis) {
 ivec3 cvr_cell_after(Ray ray, ivec3 crossed, ivec3 still) {
   ivec3 plane = ray.p0 + ray.sense * crossed;
   ivec3 cell = plane + min(ray.sense, ivec3(0));
-  return ivec3(ray.sense.x == 0 ? still.x : cell.x, ray.sense.y == 0 ? still.y : cell.y, ray.sense.z == 0 ? still.z : cell.z);
+  return ivec3(ray.sense.x == 0 ? still.x : cell.x, ray.sense.y == 0 ? still.y : cell.y,
+               ray.sense.z == 0 ? still.z : cell.z);
 }
 
-// Sets a ray up; false if it misses the volume. `cell` is the first cell, `t` its time, `axis` that of the face through which the ray
-// came in, -1 where it begins inside.
-bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out int64_t t, out int axis) {
+// Sets a ray up; false if it misses the volume. `cell` is the first cell, `t` its time, `axis` that
+// of the face through which the ray came in, -1 where it begins inside.
+bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out int64_t t,
+             out int axis) {
   ivec3 extent = ivec3(cvr_extent());
   i64vec3 length = abs(direction);
   int64_t largest = cvr_max3(length);
@@ -123,7 +134,8 @@ bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out
     leave = min(leave, cvr_time(to_exit, slope));
   }
   if (!hit || t >= leave) return false;
-  // Reference planes near the entry keep k small, so that the spacing's rounding stays below 2^-20 voxels.
+  // Reference planes near the entry keep k small, so that the spacing's rounding stays below 2^-20
+  // voxels.
   float steps = float(t) * exp2(-float(CVR_ONE_T));
   for (int b = 0; b < 3; ++b) {
     float at = float(origin[b]) * exp2(-float(CVR_ONE_VOXEL));
@@ -142,7 +154,8 @@ bool cvr_ray(i64vec3 origin, i64vec3 direction, out Ray ray, out ivec3 cell, out
   i64vec3 out_of = cvr_times(ray, last);
   for (int b = 0; b < 3; ++b) {
     float planes = float((last[b] - ray.p0[b]) * ray.sense[b]);
-    if (planes * float(ray.spacing[b]) > float(CVR_NEVER)) out_of[b] = CVR_NEVER;  // the product does not fit
+    if (planes * float(ray.spacing[b]) > float(CVR_NEVER))
+      out_of[b] = CVR_NEVER;  // the product does not fit
   }
   ray.leave = min(min(out_of.x, out_of.y), out_of.z);
   // The clamp mends the last bit of t where the entry plane is not the reference plane.

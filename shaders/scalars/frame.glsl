@@ -1,5 +1,5 @@
 // What every kernel of scalars includes first.
-layout(scalar, set = 0, binding = 0) uniform Frame {
+layout(scalar, set = 0, binding = 0) uniform Frame{
 #include "shaders/scalars/frame_fields.glsl"
 } cvr_frame;
 
@@ -15,5 +15,7 @@ uvec3 cvr_extent() { return uvec3(cvr_frame.extent[0], cvr_frame.extent[1], cvr_
 
 // A voxel given in slice space.
 uvec3 cvr_voxel(uint p, uint q, uint s) {
-  return cvr_frame.axis == 0u ? uvec3(s, p, q) : cvr_frame.axis == 1u ? uvec3(p, s, q) : uvec3(p, q, s);
+  return cvr_frame.axis == 0u   ? uvec3(s, p, q)
+         : cvr_frame.axis == 1u ? uvec3(p, s, q)
+                                : uvec3(p, q, s);
 }

@@ -1,7 +1,9 @@
-// `raw`: voxels as they are. Buffer 0: voxels, x fastest. Constant: CVR_RAW_SCALAR 0 u8, 1 u16, 2 i16, 3 f32.
+// `raw`: voxels as they are. Buffer 0: voxels, x fastest. Constant: CVR_RAW_SCALAR 0 u8, 1 u16, 2
+// i16, 3 f32.
 CVR_FUNC float cvr_sample(uvec3 voxel) {
   uvec3 extent = cvr_extent();
-  uint64_t at = uint64_t(voxel.x) + uint64_t(extent.x) * (uint64_t(voxel.y) + uint64_t(extent.y) * uint64_t(voxel.z));
+  uint64_t at = uint64_t(voxel.x) +
+                uint64_t(extent.x) * (uint64_t(voxel.y) + uint64_t(extent.y) * uint64_t(voxel.z));
 #if CVR_RAW_SCALAR == 3
   return uintBitsToFloat(cvr_read_global(CVR_BUFFER_AT(0, at), 0u));
 #elif CVR_RAW_SCALAR == 0
@@ -18,6 +20,7 @@ CVR_FUNC float cvr_sample(uvec3 voxel) {
 
 vec4 cvr_samples(uvec3 voxel) {
   uint last = cvr_extent().x - 1u;
-  return vec4(cvr_sample(voxel), cvr_sample(uvec3(min(voxel.x + 1u, last), voxel.yz)), cvr_sample(uvec3(min(voxel.x + 2u, last), voxel.yz)),
+  return vec4(cvr_sample(voxel), cvr_sample(uvec3(min(voxel.x + 1u, last), voxel.yz)),
+              cvr_sample(uvec3(min(voxel.x + 2u, last), voxel.yz)),
               cvr_sample(uvec3(min(voxel.x + 3u, last), voxel.yz)));
 }

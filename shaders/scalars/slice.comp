@@ -1,5 +1,5 @@
-// Deferred filtering, first pass: decodes the slices cvr_push.x to cvr_push.y - 1 into the ring; one invocation four voxels side by side
-// along p, which share a block where p is x.
+// Deferred filtering, first pass: decodes the slices cvr_push.x to cvr_push.y - 1 into the ring;
+// one invocation four voxels side by side along p, which share a block where p is x.
 layout(local_size_x = CVR_GROUP) in;
 
 void main() {
@@ -17,7 +17,8 @@ void main() {
   if (cvr_frame.axis != 0u) {
     values = cvr_offset_samples(cvr_voxel(p, q, slice));
   } else {
-    for (uint k = 0u; k < 4u; ++k) values[k] = cvr_offset_sample(cvr_voxel(min(p + k, width - 1u), q, slice));
+    for (uint k = 0u; k < 4u; ++k)
+      values[k] = cvr_offset_sample(cvr_voxel(min(p + k, width - 1u), q, slice));
   }
   uint at = (slice & (cvr_frame.ring_slices - 1u)) * width * cvr_frame.slices[1] + q * width + p;
   for (uint k = 0u; k < 4u; ++k) {

@@ -1,7 +1,10 @@
-// `vq`, `hvq`, `tvq`: one record of codes a block, one entry of each book a voxel. Buffer 0: rows, books and records (shaders/shared/tvq.glsl).
+// `vq`, `hvq`, `tvq`: one record of codes a block, one entry of each book a voxel. Buffer 0: rows,
+// books and records (shaders/shared/tvq.glsl).
 //
-// Constants: CVR_TVQ_READ books that are read; CVR_TVQ_EDGE voxels a side of a sub-volume, 0: one for the whole; CVR_TVQ_FLOAT 1: f32;
-//            CVR_TVQ_FRACTION, _ZERO, _LOW, _HIGH, _OFFSET, _STEP_A, _STEP_B the domain, floats as their bits;
+// Constants: CVR_TVQ_READ books that are read; CVR_TVQ_EDGE voxels a side of a sub-volume, 0: one
+// for the whole; CVR_TVQ_FLOAT 1: f32;
+//            CVR_TVQ_FRACTION, _ZERO, _LOW, _HIGH, _OFFSET, _STEP_A, _STEP_B the domain, floats as
+//            their bits;
 //            CVR_TVQ_ROW_0 .. _16 the row of the only sub-volume
 #include "shaders/shared/tvq.glsl"
 
@@ -23,7 +26,8 @@ TvqRow cvr_row_of(uint part) {
 #endif
 }
 
-// Where a voxel lies: the row of its sub-volume, the number of its block there, and its number in the block.
+// Where a voxel lies: the row of its sub-volume, the number of its block there, and its number in
+// the block.
 struct TvqPlace {
   TvqRow row;
   uint64_t block;
@@ -46,15 +50,17 @@ TvqPlace cvr_place_of(uvec3 voxel) {
   uvec3 block = inside >> 2;
   TvqPlace place;
   place.row = cvr_row_of(part);
-  place.block = uint64_t(block.x) + uint64_t(blocks.x) * (uint64_t(block.y) + uint64_t(blocks.y) * uint64_t(block.z));
+  place.block = uint64_t(block.x) +
+                uint64_t(blocks.x) * (uint64_t(block.y) + uint64_t(blocks.y) * uint64_t(block.z));
   place.i = (inside.x & 3u) + 4u * (inside.y & 3u) + 16u * (inside.z & 3u);
   return place;
 }
 
 float cvr_scalar_of(int sum) {
-  TvqDomain domain = TvqDomain(uint(CVR_TVQ_FRACTION), int(CVR_TVQ_ZERO), int(CVR_TVQ_LOW), int(CVR_TVQ_HIGH),
-                               uintBitsToFloat(uint(CVR_TVQ_OFFSET)), uintBitsToFloat(uint(CVR_TVQ_STEP_A)),
-                               uintBitsToFloat(uint(CVR_TVQ_STEP_B)));
+  TvqDomain domain =
+      TvqDomain(uint(CVR_TVQ_FRACTION), int(CVR_TVQ_ZERO), int(CVR_TVQ_LOW), int(CVR_TVQ_HIGH),
+                uintBitsToFloat(uint(CVR_TVQ_OFFSET)), uintBitsToFloat(uint(CVR_TVQ_STEP_A)),
+                uintBitsToFloat(uint(CVR_TVQ_STEP_B)));
 #if CVR_TVQ_FLOAT == 1
   return cvr_tvq_float(domain, sum);
 #else
@@ -64,11 +70,13 @@ float cvr_scalar_of(int sum) {
 
 float cvr_sample(uvec3 voxel) {
   TvqPlace place = cvr_place_of(voxel);
-  return cvr_scalar_of(cvr_tvq_sum(CVR_BUFFER(0), place.row, place.block, place.i, uint(CVR_TVQ_READ)));
+  return cvr_scalar_of(
+      cvr_tvq_sum(CVR_BUFFER(0), place.row, place.block, place.i, uint(CVR_TVQ_READ)));
 }
 
 vec4 cvr_samples(uvec3 voxel) {
   TvqPlace place = cvr_place_of(voxel);
   TvqRun run = cvr_tvq_run(CVR_BUFFER(0), place.row, place.block, place.i >> 2, uint(CVR_TVQ_READ));
-  return vec4(cvr_scalar_of(run.sum[0]), cvr_scalar_of(run.sum[1]), cvr_scalar_of(run.sum[2]), cvr_scalar_of(run.sum[3]));
+  return vec4(cvr_scalar_of(run.sum[0]), cvr_scalar_of(run.sum[1]), cvr_scalar_of(run.sum[2]),
+              cvr_scalar_of(run.sum[3]));
 }

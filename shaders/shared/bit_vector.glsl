@@ -1,10 +1,10 @@
-// Bit vectors with constant-time rank (supplemental of the CSGV-R paper, section 1 and Algorithm S1; flat rank after Kurpicz
-// 2022 with one level less).
+// Bit vectors with constant-time rank (supplemental of the CSGV-R paper, section 1 and Algorithm
+// S1; flat rank after Kurpicz 2022 with one level less).
 //
-// A bit vector is an array of 64-bit words, first bit in the least significant place. Its flat rank has one 64-bit entry per
-// 1280 bits, and one for the end: bits 0..19 L1 = ones before the block, then four 11-bit counts L2 = ones of the block
-// before its 256-bit sub-blocks 1 to 4. floor(size / 1280) + 1 entries, so that rank(size) is legal.
-// Both arrays begin at any 32-bit word.
+// A bit vector is an array of 64-bit words, first bit in the least significant place. Its flat rank
+// has one 64-bit entry per 1280 bits, and one for the end: bits 0..19 L1 = ones before the block,
+// then four 11-bit counts L2 = ones of the block before its 256-bit sub-blocks 1 to 4. floor(size /
+// 1280) + 1 entries, so that rank(size) is legal. Both arrays begin at any 32-bit word.
 #ifndef CVR_BIT_VECTOR_GLSL
 #define CVR_BIT_VECTOR_GLSL
 
@@ -18,11 +18,16 @@ struct BitVector {
 };
 
 // The 32-bit word that holds bit i, which is its bit i & 31.
-CVR_FUNC uint cvr_bit_word(Words words, BitVector v, uint i) { return cvr_read(words, v.bits_at + (i >> 5)); }
+CVR_FUNC uint cvr_bit_word(Words words, BitVector v, uint i) {
+  return cvr_read(words, v.bits_at + (i >> 5));
+}
 
-CVR_FUNC uint cvr_bit(Words words, BitVector v, uint i) { return (cvr_bit_word(words, v, i) >> (i & 31u)) & 1u; }
+CVR_FUNC uint cvr_bit(Words words, BitVector v, uint i) {
+  return (cvr_bit_word(words, v, i) >> (i & 31u)) & 1u;
+}
 
-// Ones before bit i, whose word has been read: from the nearer end of its sub-block, or from the begin where the end has no entry.
+// Ones before bit i, whose word has been read: from the nearer end of its sub-block, or from the
+// begin where the end has no entry.
 CVR_FUNC uint cvr_rank1_in(Words words, BitVector v, uint i, uint word) {
   uint sub_block = i >> 8;
   uint before = (i >> 5) & 7u;  // words of the sub-block before i's

@@ -9,7 +9,8 @@ CVR_FUNC uint cvr_brick_valid(uint brick, uint extent, uint shift) {
   return rest < edge ? rest : edge;
 }
 
-// The first code beyond the volume along each axis, of a level whose nodes cover 2^below voxels a side. valid_*: as cvr_brick_valid gives them.
+// The first code beyond the volume along each axis, of a level whose nodes cover 2^below voxels a
+// side. valid_*: as cvr_brick_valid gives them.
 struct SerialLimits {
   uint x;
   uint y;
@@ -26,7 +27,8 @@ CVR_FUNC SerialLimits cvr_serial_limits(uint valid_x, uint valid_y, uint valid_z
 
 // Spread bits are in the order of the coordinates.
 CVR_FUNC bool cvr_serial_is_inside(SerialLimits limits, uint n) {
-  return (n & CVR_MORTON_X) < limits.x && (n & (CVR_MORTON_X << 1)) < limits.y && (n & (CVR_MORTON_X << 2)) < limits.z;
+  return (n & CVR_MORTON_X) < limits.x && (n & (CVR_MORTON_X << 1)) < limits.y &&
+         (n & (CVR_MORTON_X << 2)) < limits.z;
 }
 
 #endif

@@ -1,13 +1,16 @@
-// `csgv-ctx`: where the parts of a group of bricks lie, and the serial decoder of one brick (codecs/csgv_ctx/FORMAT.md).
+// `csgv-ctx`: where the parts of a group of bricks lie, and the serial decoder of one brick
+// (codecs/csgv_ctx/FORMAT.md).
 //
 // A group:
 // Bit fields from the group's first word on, first bit in the least significant place:
 //   [18: labels - 1][5: s, bits of a size][5: c, bits of a count]
-//   [a bit for each brick: 1 = it has more than one label][a bit for each brick but the first: 1 = its root is not that of the brick before]
+//   [a bit for each brick: 1 = it has more than one label][a bit for each brick but the first: 1 =
+//   its root is not that of the brick before]
 //   [r bits for each such root, and the first][label_bits for each label of the group]
-//   [s + c bits for each brick with several labels: bytes of its stream, labels - 2][r bits for each further palette entry]
-// then, from the next byte on, the streams, and zeros to a word.
-// r: bits that number the labels of the group; a root or an entry is the place of a label in the group's list.
+//   [s + c bits for each brick with several labels: bytes of its stream, labels - 2][r bits for
+//   each further palette entry]
+// then, from the next byte on, the streams, and zeros to a word. r: bits that number the labels of
+// the group; a root or an entry is the place of a label in the group's list.
 #ifndef CVR_CSGV_CTX_GLSL
 #define CVR_CSGV_CTX_GLSL
 
@@ -21,7 +24,8 @@ struct CtxGroup {
   uint rank_bits;   // r
   uint size_bits;   // s
   uint count_bits;  // c
-  uint several_at;  // bit at which the first bit for each brick lies; the others are bit positions too
+  uint
+      several_at;  // bit at which the first bit for each brick lies; the others are bit positions too
   uint turns_at;
   uint roots_at;
   uint list_at;
@@ -55,7 +59,8 @@ CVR_FUNC uint cvr_ctx_field(Words words, uint at, uint count) {
 // Ones among the `count` <= 64 bits from bit `at` on.
 CVR_FUNC uint cvr_ctx_ones(Words words, uint at, uint count) {
   uint first = count < 32u ? count : 32u;
-  return cvr_popcount32(cvr_ctx_field(words, at, first)) + cvr_popcount32(cvr_ctx_field(words, at + first, count - first));
+  return cvr_popcount32(cvr_ctx_field(words, at, first)) +
+         cvr_popcount32(cvr_ctx_field(words, at + first, count - first));
 }
 
 CVR_FUNC CtxGroup cvr_ctx_group(Words words, uint bricks, uint label_bits) {
@@ -69,7 +74,8 @@ CVR_FUNC CtxGroup cvr_ctx_group(Words words, uint bricks, uint label_bits) {
   group.several_at = CVR_CTX_HEADER_BITS;
   group.turns_at = group.several_at + bricks;
   group.roots_at = group.turns_at + bricks - 1u;
-  group.list_at = group.roots_at + group.rank_bits * (1u + cvr_ctx_ones(words, group.turns_at, bricks - 1u));
+  group.list_at =
+      group.roots_at + group.rank_bits * (1u + cvr_ctx_ones(words, group.turns_at, bricks - 1u));
   group.records_at = group.list_at + group.labels * label_bits;
   return group;
 }
@@ -112,7 +118,9 @@ CVR_FUNC CtxBrick cvr_ctx_brick(Words words, CtxGroup group, uint m) {
 
 // Place of the k-th palette entry in the group's list.
 CVR_FUNC uint cvr_ctx_entry(Words words, CtxGroup group, CtxBrick brick, uint k) {
-  return k == 0u ? brick.root : cvr_ctx_field(words, brick.entries_at + (k - 1u) * group.rank_bits, group.rank_bits);
+  return k == 0u
+             ? brick.root
+             : cvr_ctx_field(words, brick.entries_at + (k - 1u) * group.rank_bits, group.rank_bits);
 }
 
 // Where the tables of the volume lie in their buffer, in words:
@@ -124,11 +132,12 @@ struct CtxTables {
   uint rows_at;
   uint slots_at;
   uint symbols_at;
-  uint numbers;     // first distribution of references
+  uint numbers;  // first distribution of references
   uint label_bits;
 };
 
-// The words that hold the byte `next` and those behind it are kept: a renormalisation reads at most one more.
+// The words that hold the byte `next` and those behind it are kept: a renormalisation reads at most
+// one more.
 struct CtxStream {
   uint state;
   uint next;  // byte
@@ -151,7 +160,9 @@ struct CtxPalette {
 #define CVR_CTX_NUMBER_KINDS 8u
 
 // The word i, or 0 where the stream has ended before.
-CVR_FUNC uint cvr_ctx_word(Words words, uint i, uint end) { return 4u * i < end ? cvr_read(words, i) : 0u; }
+CVR_FUNC uint cvr_ctx_word(Words words, uint i, uint end) {
+  return 4u * i < end ? cvr_read(words, i) : 0u;
+}
 
 CVR_FUNC uint cvr_ctx_bytes(CtxStream stream) {
   uint shift = 8u * (stream.next & 3u);
@@ -172,7 +183,8 @@ CVR_FUNC CtxStream cvr_ctx_begin(Words words, uint at, uint bytes) {
   return stream;
 }
 
-CVR_FUNC void cvr_ctx_advance(Words words, uint frequency, uint place, CVR_INOUT(CtxStream) stream) {
+CVR_FUNC void cvr_ctx_advance(Words words, uint frequency, uint place,
+                              CVR_INOUT(CtxStream) stream) {
   stream.state = frequency * (stream.state >> CVR_CTX_PROBABILITY_BITS) + place;
   if (stream.state < 0x10000u && stream.next != stream.end) {
     stream.state = (stream.state << 16) | (cvr_ctx_bytes(stream) & 0xffffu);
@@ -184,16 +196,20 @@ CVR_FUNC void cvr_ctx_advance(Words words, uint frequency, uint place, CVR_INOUT
   }
 }
 
-CVR_FUNC uint cvr_ctx_symbol(Words words, Global tables, CtxTables at, uint distribution, CVR_INOUT(CtxStream) stream) {
+CVR_FUNC uint cvr_ctx_symbol(Words words, Global tables, CtxTables at, uint distribution,
+                             CVR_INOUT(CtxStream) stream) {
   uint slot = stream.state & ((1u << CVR_CTX_PROBABILITY_BITS) - 1u);
-  uint symbol = (cvr_read_global(tables, at.slots_at + 512u * distribution + (slot >> 3)) >> (4u * (slot & 7u))) & 15u;
+  uint symbol = (cvr_read_global(tables, at.slots_at + 512u * distribution + (slot >> 3)) >>
+                 (4u * (slot & 7u))) &
+                15u;
   uint range = cvr_read_global(tables, at.symbols_at + 16u * distribution + symbol);
   cvr_ctx_advance(words, range >> 16, slot - (range & 0xffffu), stream);
   return symbol;
 }
 
 // The distribution of a symbol in its context.
-CVR_FUNC uint cvr_ctx_distribution(Global tables, CtxTables at, uint static_bits, uint dynamic_bits) {
+CVR_FUNC uint cvr_ctx_distribution(Global tables, CtxTables at, uint static_bits,
+                                   uint dynamic_bits) {
   uint of_class = cvr_read_global(tables, static_bits);
   uint asked = of_class & ((1u << CVR_CTX_DYNAMIC_BITS) - 1u);
   uint row = of_class >> CVR_CTX_DYNAMIC_BITS;
@@ -206,16 +222,20 @@ CVR_FUNC uint cvr_ctx_distribution(Global tables, CtxTables at, uint static_bits
 }
 
 // Entries before the newest that a reference means; `in_use` >= 2 of `most` entries are in use.
-CVR_FUNC uint cvr_ctx_reference(Words words, Global tables, CtxTables at, uint in_use, uint most, CVR_INOUT(CtxStream) stream) {
+CVR_FUNC uint cvr_ctx_reference(Words words, Global tables, CtxTables at, uint in_use, uint most,
+                                CVR_INOUT(CtxStream) stream) {
   uint bound = in_use - 1u;
   if (bound < 2u) return 1u;
   uint kind = cvr_ctx_bits_for(bound) - 1u;
-  uint width = cvr_ctx_symbol(words, tables, at, at.numbers + (kind < CVR_CTX_NUMBER_KINDS ? kind : CVR_CTX_NUMBER_KINDS - 1u), stream);
+  uint width = cvr_ctx_symbol(
+      words, tables, at,
+      at.numbers + (kind < CVR_CTX_NUMBER_KINDS ? kind : CVR_CTX_NUMBER_KINDS - 1u), stream);
   uint value = width == 0u || width == CVR_CTX_WIDE ? 0u : 1u;
   uint left = width == CVR_CTX_WIDE ? CVR_CTX_WIDE_BITS : (width > 0u ? width - 1u : 0u);
   CVR_UNROLL for (uint part = 0u; part < 2u; ++part) {
     uint count = left < CVR_CTX_PROBABILITY_BITS ? left : CVR_CTX_PROBABILITY_BITS;
-    bool possible = part == 0u || most > 1u << CVR_CTX_PROBABILITY_BITS;  // small bricks have no such numbers
+    bool possible =
+        part == 0u || most > 1u << CVR_CTX_PROBABILITY_BITS;  // small bricks have no such numbers
     if (possible && count > 0u) {
       uint rest = CVR_CTX_PROBABILITY_BITS - count;
       uint slot = stream.state & ((1u << CVR_CTX_PROBABILITY_BITS) - 1u);
@@ -240,12 +260,15 @@ struct CtxDecoding {
 };
 
 // The label code at a place of the group's list.
-CVR_FUNC uint cvr_ctx_list_label(Words words, Global volume_labels, CtxGroup group, uint place, uint label_bits) {
-  return cvr_read_global(volume_labels, cvr_ctx_field(words, group.list_at + place * label_bits, label_bits));
+CVR_FUNC uint cvr_ctx_list_label(Words words, Global volume_labels, CtxGroup group, uint place,
+                                 uint label_bits) {
+  return cvr_read_global(volume_labels,
+                         cvr_ctx_field(words, group.list_at + place * label_bits, label_bits));
 }
 
 CVR_FUNC uint cvr_ctx_label(Words words, Global volume_labels, CtxDecoding d, uint entry) {
-  return cvr_ctx_list_label(words, volume_labels, d.group, cvr_ctx_entry(words, d.group, d.brick, entry), d.tables.label_bits);
+  return cvr_ctx_list_label(words, volume_labels, d.group,
+                            cvr_ctx_entry(words, d.group, d.brick, entry), d.tables.label_bits);
 }
 
 // What is known of a child before its siblings are.
@@ -281,9 +304,10 @@ CVR_FUNC CtxLevel cvr_ctx_level(CtxDecoding d, uint l) {
   return level;
 }
 
-// The labels around the children of node n: `above` of the next node along an axis, `near` of the child that stands before `child`,
-// which lies at 0 of the axis. The parent's where there is none.
-CVR_FUNC uint cvr_ctx_above(Labels labels, CtxLevel level, uint n, uint axis, uint parent, CVR_OUT(bool) exists) {
+// The labels around the children of node n: `above` of the next node along an axis, `near` of the
+// child that stands before `child`, which lies at 0 of the axis. The parent's where there is none.
+CVR_FUNC uint cvr_ctx_above(Labels labels, CtxLevel level, uint n, uint axis, uint parent,
+                            CVR_OUT(bool) exists) {
   uint mask = CVR_MORTON_X << axis;
   uint inside = level.parents - 1u;
   uint next = cvr_morton_plus(n, axis) & inside;
@@ -294,7 +318,8 @@ CVR_FUNC uint cvr_ctx_above(Labels labels, CtxLevel level, uint n, uint axis, ui
 }
 CVR_FUNC uint cvr_ctx_near(Labels labels, CtxLevel level, uint child, uint axis, uint parent) {
   uint label = parent;
-  if (((child >> 3) & (CVR_MORTON_X << axis)) != 0u) label = cvr_load(labels, cvr_morton_minus(child, axis) << level.shift);
+  if (((child >> 3) & (CVR_MORTON_X << axis)) != 0u)
+    label = cvr_load(labels, cvr_morton_minus(child, axis) << level.shift);
   return label;
 }
 
@@ -303,13 +328,16 @@ CVR_FUNC uint cvr_ctx_static_bits(CtxChild child, uint c, uint parent, uint dept
   CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
     bool differs = child.candidates[a] != parent;
     bits |= (differs ? 1u : 0u) << a;
-    bits |= (differs ? (child.candidates[a] == child.candidates[(a + 1u) % 3u] ? 1u : 0u) : (child.none >> a) & 1u) << (3u + a);
+    bits |= (differs ? (child.candidates[a] == child.candidates[(a + 1u) % 3u] ? 1u : 0u)
+                     : (child.none >> a) & 1u)
+            << (3u + a);
     bits |= (child.across[a] != parent ? 1u : 0u) << (6u + a);
   }
   return bits;
 }
 
-CVR_FUNC uint cvr_ctx_dynamic_bits(CtxChild child, uint c, uint parent, CtxSiblings siblings, CtxPalette palette, uint entries) {
+CVR_FUNC uint cvr_ctx_dynamic_bits(CtxChild child, uint c, uint parent, CtxSiblings siblings,
+                                   CtxPalette palette, uint entries) {
   uint bits = 0u;
   bool known = palette.last == parent;
   CVR_UNROLL for (uint a = 0u; a < 3u; ++a) {
@@ -329,17 +357,20 @@ CVR_FUNC uint cvr_ctx_dynamic_bits(CtxChild child, uint c, uint parent, CtxSibli
 // The label of an operation that copies.
 CVR_FUNC uint cvr_ctx_copied(CtxChild child, uint operation, uint parent) {
   uint label = parent;
-  CVR_UNROLL for (uint a = 0u; a < 3u; ++a) label = operation == CVR_OP_NEIGHBOUR_X + a ? child.candidates[a] : label;
+  CVR_UNROLL for (uint a = 0u; a < 3u; ++a) label =
+      operation == CVR_OP_NEIGHBOUR_X + a ? child.candidates[a] : label;
   return label;
 }
 
 // The label of an operation that asks the palette.
-CVR_FUNC uint cvr_ctx_from_palette(Words words, Global volume_labels, Global tables, CtxDecoding d, uint operation, CVR_INOUT(CtxPalette) palette,
+CVR_FUNC uint cvr_ctx_from_palette(Words words, Global volume_labels, Global tables, CtxDecoding d,
+                                   uint operation, CVR_INOUT(CtxPalette) palette,
                                    CVR_INOUT(CtxStream) stream) {
   bool advances = operation == CVR_OP_ADVANCE && palette.in_use < d.brick.labels;
   uint back = 0u;
   if (operation == CVR_OP_DELTA && palette.in_use >= 2u) {
-    back = cvr_ctx_reference(words, tables, d.tables, palette.in_use, 1u << (3u * (d.levels - 1u)), stream);
+    back = cvr_ctx_reference(words, tables, d.tables, palette.in_use, 1u << (3u * (d.levels - 1u)),
+                             stream);
   }
   uint label = palette.last;
   if (operation == CVR_OP_DELTA || advances) {
@@ -352,7 +383,9 @@ CVR_FUNC uint cvr_ctx_from_palette(Words words, Global volume_labels, Global tab
 }
 
 // The child number without the bit of an axis.
-CVR_FUNC uint cvr_ctx_without(uint c, uint axis) { return (c & ((1u << axis) - 1u)) | ((c >> (axis + 1u)) << axis); }
+CVR_FUNC uint cvr_ctx_without(uint c, uint axis) {
+  return (c & ((1u << axis) - 1u)) | ((c >> (axis + 1u)) << axis);
+}
 
 // Stores the label of a node and, above the target, whether it carries a stop bit.
 CVR_FUNC void cvr_ctx_put(Labels labels, CtxLevel level, uint n, uint label, uint stop) {
@@ -361,7 +394,8 @@ CVR_FUNC void cvr_ctx_put(Labels labels, CtxLevel level, uint n, uint label, uin
 }
 
 // The children of an open node n with the label `parent`.
-CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels, CtxLevel level, uint n, uint parent,
+CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, CtxDecoding d,
+                            Labels labels, CtxLevel level, uint n, uint parent,
                             CVR_INOUT(CtxPalette) palette, CVR_INOUT(CtxStream) stream) {
   // Children at 1 of an axis have one candidate in common, children at 0 each their own.
   uint above[3];
@@ -390,14 +424,18 @@ CVR_FUNC void cvr_ctx_block(Words words, Global volume_labels, Global tables, Ct
         uint beside = near[4u * a + cvr_ctx_without(c, a)];
         child.candidates[a] = high ? above[a] : beside;
         child.across[a] = high ? beside : above[a];
-        child.none |= high ? none_above & (1u << a) : ((n & (CVR_MORTON_X << a)) == 0u ? 1u << a : 0u);
+        child.none |=
+            high ? none_above & (1u << a) : ((n & (CVR_MORTON_X << a)) == 0u ? 1u << a : 0u);
       }
       uint static_bits = cvr_ctx_static_bits(child, c, parent, level.depth);
       uint dynamic_bits = cvr_ctx_dynamic_bits(child, c, parent, siblings, palette, d.brick.labels);
-      uint symbol = cvr_ctx_symbol(words, tables, d.tables, cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
+      uint symbol =
+          cvr_ctx_symbol(words, tables, d.tables,
+                         cvr_ctx_distribution(tables, d.tables, static_bits, dynamic_bits), stream);
       stop = symbol >> 3;
       label = cvr_ctx_copied(child, symbol & 7u, parent);
-      if ((symbol & 7u) >= CVR_OP_ADVANCE) label = cvr_ctx_from_palette(words, volume_labels, tables, d, symbol & 7u, palette, stream);
+      if ((symbol & 7u) >= CVR_OP_ADVANCE)
+        label = cvr_ctx_from_palette(words, volume_labels, tables, d, symbol & 7u, palette, stream);
       if (label != parent) {
         siblings.other |= 1u << c;
         siblings.newest = label;
@@ -415,14 +453,18 @@ CVR_FUNC void cvr_ctx_hand_down(Labels labels, CtxLevel level, uint n) {
 
 // Whether a node of the level above has children of its own in the stream.
 CVR_FUNC bool cvr_ctx_is_open(Labels labels, CtxLevel level, uint n) {
-  return cvr_load(labels, (n << (level.shift + 3u)) + 1u) == 0u && cvr_serial_is_inside(level.parent_limits, n);
+  return cvr_load(labels, (n << (level.shift + 3u)) + 1u) == 0u &&
+         cvr_serial_is_inside(level.parent_limits, n);
 }
 
-// Decodes one brick: label codes of the nodes of level d.target, in Morton order. It works in place: node n of a level that is k levels
-// above the target keeps its label at n * 8^k and, for k > 0, whether an ancestor or itself carries a stop bit at n * 8^k + 1.
-// Each level takes two sweeps. The first, backwards, hands the labels of stopped nodes down and puts at n * 8^k + 1 of an open node which open
-// node comes next; the second goes along the open nodes. So invocations that decode bricks side by side do not wait for each other at every node.
-CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, CtxDecoding d, Labels labels) {
+// Decodes one brick: label codes of the nodes of level d.target, in Morton order. It works in
+// place: node n of a level that is k levels above the target keeps its label at n * 8^k and, for k
+// > 0, whether an ancestor or itself carries a stop bit at n * 8^k + 1. Each level takes two
+// sweeps. The first, backwards, hands the labels of stopped nodes down and puts at n * 8^k + 1 of
+// an open node which open node comes next; the second goes along the open nodes. So invocations
+// that decode bricks side by side do not wait for each other at every node.
+CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, CtxDecoding d,
+                             Labels labels) {
   CtxPalette palette;
   palette.last = cvr_ctx_label(words, volume_labels, d, 0u);
   palette.in_use = 1u;
@@ -448,7 +490,8 @@ CVR_FUNC void cvr_ctx_decode(Words words, Global volume_labels, Global tables, C
     for (uint n = open; n < level.parents;) {
       uint at = n << (level.shift + 3u);
       uint next = cvr_load(labels, at + 1u);
-      cvr_ctx_block(words, volume_labels, tables, d, labels, level, n, cvr_load(labels, at), palette, stream);
+      cvr_ctx_block(words, volume_labels, tables, d, labels, level, n, cvr_load(labels, at),
+                    palette, stream);
       n = next;
     }
   }

@@ -1,28 +1,32 @@
-// The serial decoder of one brick: all nodes of one level in one sweep, by one thread (CSGV-R paper, section 2.5).
+// The serial decoder of one brick: all nodes of one level in one sweep, by one thread (CSGV-R
+// paper, section 2.5).
 //
-// It works in place in 8^target labels. While it builds level l, k = target - l levels above its goal, node n of level l keeps its
-// label at n * 8^k and, for k > 0, whether an ancestor or itself carries a stop bit at n * 8^k + 1. The children of a node are
-// written over these two places once they are read. What an operation refers to is still there: the neighbour at -1 has an
-// earlier Morton code on the same level, so it is decoded; the parent's neighbour at +1 has a later one, so its place still
-// holds the parent's level.
+// It works in place in 8^target labels. While it builds level l, k = target - l levels above its
+// goal, node n of level l keeps its label at n * 8^k and, for k > 0, whether an ancestor or itself
+// carries a stop bit at n * 8^k + 1. The children of a node are written over these two places once
+// they are read. What an operation refers to is still there: the neighbour at -1 has an earlier
+// Morton code on the same level, so it is decoded; the parent's neighbour at +1 has a later one, so
+// its place still holds the parent's level.
 //
-// No include guard: the text is included once for each source of symbols, which is chosen by defining one of
+// No include guard: the text is included once for each source of symbols, which is chosen by
+// defining one of
 //   CVR_SERIAL_NIBBLE        nibbles with stop bits (`csgv-nibble`); nodes outside the volume have none
 //   CVR_SERIAL_RANS          the same symbols behind range ANS (`csgv-rans`)
 //   CVR_SERIAL_CSGVR_NIBBLE  nibbles without stop bits, every node has one
 //   CVR_SERIAL_WAVELET       the wavelet matrix and stop bits of CSGV-R, every node has a symbol
 //   CVR_SERIAL_CSGVR_C       the blocks of `csgvr-c`, every node has a symbol; labels come from a dictionary
-// Whatever the words hold, no read leaves the brick's `word_count` words and no loop depends on more than them, provided that
-// the header and the palette fit (csgv) or that the brick was checked on opening (csgvr).
+// Whatever the words hold, no read leaves the brick's `word_count` words and no loop depends on
+// more than them, provided that the header and the palette fit (csgv) or that the brick was checked
+// on opening (csgvr).
 
 struct SerialBrick {
-  uint word_count;    // of the whole brick
-  uint levels;        // L
-  uint target;        // the level to decode, 0 the coarsest
+  uint word_count;  // of the whole brick
+  uint levels;      // L
+  uint target;      // the level to decode, 0 the coarsest
   uint palette_size;
-  bool stop_bits;     // CVR_SERIAL_WAVELET: whether the brick has them
-  bool delta;         // nibble and rANS: operation 6 refers to older palette entries
-  uint valid_x;       // voxels of the brick inside the volume along each axis, 1 .. 2^(L-1)
+  bool stop_bits;  // CVR_SERIAL_WAVELET: whether the brick has them
+  bool delta;      // nibble and rANS: operation 6 refers to older palette entries
+  uint valid_x;    // voxels of the brick inside the volume along each axis, 1 .. 2^(L-1)
   uint valid_y;
   uint valid_z;
 #ifdef CVR_SERIAL_CSGVR_C
@@ -33,9 +37,9 @@ struct SerialBrick {
 #if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_CSGVR_NIBBLE)
 
 struct SymbolCursor {
-  uint word;    // the nibbles of the current word that are left
-  uint next;    // nibbles taken, from the brick's begin
-  uint end;     // 8 * word at which the palette begins
+  uint word;  // the nibbles of the current word that are left
+  uint next;  // nibbles taken, from the brick's begin
+  uint end;   // 8 * word at which the palette begins
 };
 
 CVR_FUNC SymbolCursor cvr_symbols_begin(SerialBrick brick) {
@@ -62,7 +66,8 @@ CVR_FUNC uint cvr_symbols_next(Words words, CVR_INOUT(SymbolCursor) cursor) {
 
 #elif defined(CVR_SERIAL_RANS)
 
-// Tables: 2 x 2^14 slots, coarse levels first; bits 0..3 the symbol, 4..17 its frequency - 1, 18..31 the slot's place in it.
+// Tables: 2 x 2^14 slots, coarse levels first; bits 0..3 the symbol, 4..17 its frequency - 1,
+// 18..31 the slot's place in it.
 struct SymbolCursor {
   uint state;
   uint next;        // bytes from the brick's begin
@@ -72,14 +77,17 @@ struct SymbolCursor {
 
 #define CVR_RANS_LOWER_BOUND 0x800000u
 
-CVR_FUNC uint cvr_symbols_byte(Words words, uint i) { return (cvr_read(words, i >> 2) >> (8u * (i & 3u))) & 255u; }
+CVR_FUNC uint cvr_symbols_byte(Words words, uint i) {
+  return (cvr_read(words, i >> 2) >> (8u * (i & 3u))) & 255u;
+}
 
 // Reads the state with which a stream begins; an empty stream has none, and no symbols.
 CVR_FUNC void cvr_symbols_state(Words words, CVR_INOUT(SymbolCursor) cursor) {
   cursor.state = CVR_RANS_LOWER_BOUND;
   if (cursor.next + 4u > cursor.end) return;
   cursor.state = 0u;
-  for (uint i = 0u; i < 4u; ++i) cursor.state |= cvr_symbols_byte(words, cursor.next + i) << (8u * i);
+  for (uint i = 0u; i < 4u; ++i)
+    cursor.state |= cvr_symbols_byte(words, cursor.next + i) << (8u * i);
   cursor.next += 4u;
 }
 
@@ -100,7 +108,8 @@ CVR_FUNC SymbolCursor cvr_symbols_begin(Words words, SerialBrick brick) {
   return cursor;
 }
 
-CVR_FUNC void cvr_symbols_begin_finest(Words words, SerialBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+CVR_FUNC void cvr_symbols_begin_finest(Words words, SerialBrick brick,
+                                       CVR_INOUT(SymbolCursor) cursor) {
   cursor.next = cvr_symbols_fine(words, brick);
   cursor.end = 4u * (brick.word_count - brick.palette_size);
   cursor.first_slot = 1u << 14;
@@ -124,7 +133,8 @@ CVR_FUNC uint cvr_symbols_next(Words words, Global tables, CVR_INOUT(SymbolCurso
 
 #elif defined(CVR_SERIAL_WAVELET)
 
-// The number of zeros before the first one is the operation; each wavelet level is read in order, so it needs one cursor.
+// The number of zeros before the first one is the operation; each wavelet level is read in order,
+// so it needs one cursor.
 struct SymbolCursor {
   uint stop;  // bit of S; this and the following count from the brick's begin
   uint level_0;
@@ -134,7 +144,9 @@ struct SymbolCursor {
   uint level_4;
 };
 
-CVR_FUNC uint cvr_symbols_bit(Words words, uint i) { return (cvr_read(words, i >> 5) >> (i & 31u)) & 1u; }
+CVR_FUNC uint cvr_symbols_bit(Words words, uint i) {
+  return (cvr_read(words, i >> 5) >> (i & 31u)) & 1u;
+}
 
 CVR_FUNC SymbolCursor cvr_symbols_begin(Words words, SerialBrick brick) {
   CsgvrBrick opened = cvr_csgvr_open(words, brick.word_count, brick.levels, brick.stop_bits);
@@ -189,7 +201,8 @@ CVR_FUNC SymbolCursor cvr_symbols_begin(bool fine) {
 }
 
 // Reads the next block, of which all symbols are taken before the one after it is read.
-CVR_FUNC void cvr_symbols_block(Words words, Global tables, CsgvrcBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+CVR_FUNC void cvr_symbols_block(Words words, Global tables, CsgvrcBrick brick,
+                                CVR_INOUT(SymbolCursor) cursor) {
   if ((cursor.next & (CVR_C_RUN - 1u)) == 0u) {
     CsgvrcRuns runs = cvr_c_runs(brick, cursor.fine);
     cursor.at = cvr_c_run_begin(words, runs, cursor.next >> CVR_C_RUN_SHIFT);
@@ -236,31 +249,37 @@ CVR_FUNC uint cvr_symbols_next(Words words, CsgvrcBrick brick, CVR_INOUT(SymbolC
 #if defined(CVR_SERIAL_NIBBLE) || defined(CVR_SERIAL_RANS)
 #define CVR_SERIAL_CSGV  // no symbols outside the volume, and deltas
 
-// The digits after a delta operation: how far before the newest palette entry the meant one is, minus one.
-CVR_FUNC uint cvr_serial_distance(CVR_SERIAL_MEMORY, SerialBrick brick, CVR_INOUT(SymbolCursor) cursor) {
+// The digits after a delta operation: how far before the newest palette entry the meant one is,
+// minus one.
+CVR_FUNC uint cvr_serial_distance(CVR_SERIAL_MEMORY, SerialBrick brick,
+                                  CVR_INOUT(SymbolCursor) cursor) {
   uint distance = 0u;
   uint digit;
   do {
     digit = CVR_NEXT_SYMBOL;
     distance = (distance << 3) | (digit & 7u);
-  } while (digit >= 8u && distance != 0u && distance <= brick.palette_size);  // no encoder goes on from 0 or from there
+  } while (digit >= 8u && distance != 0u &&
+           distance <= brick.palette_size);  // no encoder goes on from 0 or from there
   return distance;
 }
 
 #endif
 
-// The place of the node that a neighbour operation of child `child` (of node n) copies; `at` where it leaves the brick: no
-// encoder writes that. `shift` is that of the child's level, `inside` the largest code of the parent's level.
+// The place of the node that a neighbour operation of child `child` (of node n) copies; `at` where
+// it leaves the brick: no encoder writes that. `shift` is that of the child's level, `inside` the
+// largest code of the parent's level.
 CVR_FUNC uint cvr_serial_neighbour(uint child, uint axis, uint shift, uint inside, uint at) {
   uint mask = CVR_MORTON_X << axis;
-  if (((child >> axis) & 1u) == 0u) return (child & mask) == 0u ? at : cvr_morton_minus(child, axis) << shift;
+  if (((child >> axis) & 1u) == 0u)
+    return (child & mask) == 0u ? at : cvr_morton_minus(child, axis) << shift;
   uint n = child >> 3;
   return (n & mask) == (mask & inside) ? at : cvr_morton_plus(n, axis) << (shift + 3u);
 }
 
-// Decodes one brick: label codes of the nodes of level brick.target, in Morton order. `palette` and `words` are both the brick,
-// which may lie in two memories; rANS needs its tables.
-CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick brick, Labels labels) {
+// Decodes one brick: label codes of the nodes of level brick.target, in Morton order. `palette` and
+// `words` are both the brick, which may lie in two memories; rANS needs its tables.
+CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick brick,
+                                Labels labels) {
 #ifdef CVR_SERIAL_CSGVR_C
   SymbolCursor cursor = cvr_symbols_begin(false);
   uint root = brick.opened.constant ? 8u : 0u;
@@ -283,7 +302,8 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
     if (l + 1u == brick.levels) cursor = cvr_symbols_begin(true);
 #endif
 #ifdef CVR_SERIAL_CSGV
-    SerialLimits limits = cvr_serial_limits(brick.valid_x, brick.valid_y, brick.valid_z, brick.levels - 1u - l);
+    SerialLimits limits =
+        cvr_serial_limits(brick.valid_x, brick.valid_y, brick.valid_z, brick.levels - 1u - l);
 #endif
     uint shift = 3u * (brick.target - l);
     uint inside = (1u << (3u * (l - 1u))) - 1u;
@@ -312,14 +332,16 @@ CVR_FUNC void cvr_serial_decode(Global palette, CVR_SERIAL_MEMORY, SerialBrick b
 #else
             uint back = 0u;  // entries before the newest
 #ifdef CVR_SERIAL_CSGV
-            if (operation == CVR_OP_DELTA && brick.delta) back = 1u + cvr_serial_distance(CVR_SERIAL_ARGUMENTS, brick, cursor);
+            if (operation == CVR_OP_DELTA && brick.delta)
+              back = 1u + cvr_serial_distance(CVR_SERIAL_ARGUMENTS, brick, cursor);
 #endif
             if (operation == CVR_OP_ADVANCE && entries < brick.palette_size) entries += 1u;
             uint entry = back < entries ? entries - 1u - back : 0u;
             label = cvr_read_global(palette, brick.word_count - 1u - entry);
 #endif
           } else if (operation != CVR_OP_PARENT) {
-            uint from = cvr_serial_neighbour(child, operation - CVR_OP_NEIGHBOUR_X, shift, inside, at);
+            uint from =
+                cvr_serial_neighbour(child, operation - CVR_OP_NEIGHBOUR_X, shift, inside, at);
             if (from != at) label = cvr_load(labels, from);
           }
         }

@@ -1,4 +1,5 @@
-// 3D Morton codes: bit 3k of the code is bit k of x, bit 3k+1 of y, bit 3k+2 of z. Up to 10 bits an axis.
+// 3D Morton codes: bit 3k of the code is bit k of x, bit 3k+1 of y, bit 3k+2 of z. Up to 10 bits an
+// axis.
 #ifndef CVR_MORTON_GLSL
 #define CVR_MORTON_GLSL
 

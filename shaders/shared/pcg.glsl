@@ -1,5 +1,5 @@
-// Hash functions of two, three and four words (pcg2d, pcg3d and pcg4d of Jarzynski and Olano: Hash Functions for GPU Rendering, JCGT 2020).
-// Each takes its words and leaves mixed ones.
+// Hash functions of two, three and four words (pcg2d, pcg3d and pcg4d of Jarzynski and Olano: Hash
+// Functions for GPU Rendering, JCGT 2020). Each takes its words and leaves mixed ones.
 #ifndef CVR_PCG_GLSL
 #define CVR_PCG_GLSL
 
@@ -40,14 +40,16 @@ CVR_FUNC void cvr_pcg3d(CVR_INOUT(uint) x, CVR_INOUT(uint) y, CVR_INOUT(uint) z)
   cvr_pcg3d_mix(x, y, z);
 }
 
-CVR_FUNC void cvr_pcg4d_mix(CVR_INOUT(uint) x, CVR_INOUT(uint) y, CVR_INOUT(uint) z, CVR_INOUT(uint) w) {
+CVR_FUNC void cvr_pcg4d_mix(CVR_INOUT(uint) x, CVR_INOUT(uint) y, CVR_INOUT(uint) z,
+                            CVR_INOUT(uint) w) {
   x += y * w;
   y += z * x;
   z += x * y;
   w += y * z;
 }
 
-CVR_FUNC void cvr_pcg4d(CVR_INOUT(uint) x, CVR_INOUT(uint) y, CVR_INOUT(uint) z, CVR_INOUT(uint) w) {
+CVR_FUNC void cvr_pcg4d(CVR_INOUT(uint) x, CVR_INOUT(uint) y, CVR_INOUT(uint) z,
+                        CVR_INOUT(uint) w) {
   x = cvr_pcg_step(x);
   y = cvr_pcg_step(y);
   z = cvr_pcg_step(z);

@@ -1,8 +1,9 @@
 // The prelude of the shared decoder text: what GLSL and C++ name differently.
 //
-// Everything below shaders/shared is written in the common subset of GLSL 4.60 (with 64-bit integers and buffer references)
-// and C++20. GLSL includes these files as they are; C++ includes them through shaders/shared/shared.hpp, inside the namespace
-// cvr::shaders. Memory is an address of 32-bit words and is read through functions, so that one text serves every memory:
+// Everything below shaders/shared is written in the common subset of GLSL 4.60 (with 64-bit
+// integers and buffer references) and C++20. GLSL includes these files as they are; C++ includes
+// them through shaders/shared/shared.hpp, inside the namespace cvr::shaders. Memory is an address
+// of 32-bit words and is read through functions, so that one text serves every memory:
 //
 //   Words   what a decoder reads: device memory; where CVR_WORDS_SHARED is defined, the array `uint cvr_shared[]` that the
 //           kernel has declared before this text, from word `base` on
@@ -65,7 +66,9 @@ CVR_FUNC uint cvr_read(Words words, uint i) { return cvr_shared[words.base + i];
 #endif
 
 CVR_FUNC uint cvr_popcount32(uint bits) { return uint(bitCount(bits)); }
-CVR_FUNC uint cvr_popcount(uint64_t bits) { return uint(bitCount(uint(bits)) + bitCount(uint(bits >> 32))); }
+CVR_FUNC uint cvr_popcount(uint64_t bits) {
+  return uint(bitCount(uint(bits)) + bitCount(uint(bits >> 32)));
+}
 CVR_FUNC uint cvr_highest_bit(uint bits) { return uint(findMSB(bits)); }
 
 #endif

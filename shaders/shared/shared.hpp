@@ -1,4 +1,5 @@
-// The shared decoder text as C++: the very files that the shaders include, in the namespace cvr::shaders.
+// The shared decoder text as C++: the very files that the shaders include, in the namespace
+// cvr::shaders.
 #pragma once
 
 #include <bit>
@@ -7,19 +8,17 @@
 
 namespace cvr::shaders {
 
-#include "shaders/shared/portable.glsl"
-
 #include "shaders/shared/bit_vector.glsl"
-#include "shaders/shared/morton.glsl"
-
 #include "shaders/shared/brick_limits.glsl"
-#include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgv_ctx.glsl"
+#include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgvr_c.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"
+#include "shaders/shared/morton.glsl"
 #include "shaders/shared/neuroglancer.glsl"
+#include "shaders/shared/portable.glsl"
 #include "shaders/shared/tvq.glsl"
 
 // The serial decoder, once for each source of symbols.

@@ -1,6 +1,8 @@
-// Voxels of vq, hvq and tvq: DC and one read into each of up to three books of block entries (Fout & Ma 2007, section 4.3).
+// Voxels of vq, hvq and tvq: DC and one read into each of up to three books of block entries (Fout
+// & Ma 2007, section 4.3).
 //
-// The words hold a row of CVR_TVQ_ROW words for each sub-volume, then books and records wherever the rows say:
+// The words hold a row of CVR_TVQ_ROW words for each sub-volume, then books and records wherever
+// the rows say:
 //   0     first word of the records, one a block, x fastest, packed bit by bit: DC code, then the code of each book, low bits first
 //   1     bits of a record
 //   2     bits of the DC code
@@ -9,7 +11,8 @@
 //   5 + 4p  bits of the code of book p; 0: every code is 0
 //   6 + 4p  first word of its entries
 //   7 + 4p  units an entry
-//   8 + 4p  bit 0: entries of 16 bits, else 8 (signed, low first); bit 1: 8 entries a code vector, one an octant, else 64, one a
+//   8 + 4p  bit 0: entries of 16 bits, else 8 (signed, low first); bit 1: 8 entries a code vector,
+//   one an octant, else 64, one a
 //           voxel; bit 2: the book is not there
 // A record is read as two or three words, so two words more follow.
 #ifndef CVR_TVQ_GLSL
@@ -71,7 +74,8 @@ CVR_FUNC uint64_t cvr_tvq_record(Words words, TvqRow row, uint64_t n) {
   uint shift = uint(bit) & 31u;
   uint64_t record = 0u;
   if (row.record_bits > 0u) record = cvr_word64(words, word) >> shift;
-  if (shift + row.record_bits > 64u) record |= uint64_t(cvr_read(words, word + 2u)) << (64u - shift);
+  if (shift + row.record_bits > 64u)
+    record |= uint64_t(cvr_read(words, word + 2u)) << (64u - shift);
   return record;
 }
 
@@ -79,7 +83,8 @@ CVR_FUNC int cvr_tvq_dc(TvqRow row, uint64_t record) {
   return int(row.dc_base) + int((uint(record) & ((1u << row.dc_bits) - 1u)) * row.dc_step);
 }
 
-// The sum of voxel i = x + 4y + 16z of block n of a sub-volume, from DC and the first `books` books.
+// The sum of voxel i = x + 4y + 16z of block n of a sub-volume, from DC and the first `books`
+// books.
 CVR_FUNC int cvr_tvq_sum(Words words, TvqRow row, uint64_t n, uint i, uint books) {
   uint64_t record = cvr_tvq_record(words, row, n);
   int sum = cvr_tvq_dc(row, record);
@@ -88,14 +93,18 @@ CVR_FUNC int cvr_tvq_sum(Words words, TvqRow row, uint64_t n, uint i, uint books
     uint code = uint(record) & ((1u << row.bits[p]) - 1u);
     record >>= row.bits[p];
     if (p < books && (row.flags[p] & 4u) == 0u) {
-      uint entry = (row.flags[p] & 2u) != 0u ? code * 8u + ((i >> 1) & 1u) + 2u * ((i >> 3) & 1u) + 4u * (i >> 5) : code * 64u + i;
-      sum += cvr_tvq_entry(words, row.first[p], entry, (row.flags[p] & 1u) != 0u) * int(row.scale[p]);
+      uint entry = (row.flags[p] & 2u) != 0u
+                       ? code * 8u + ((i >> 1) & 1u) + 2u * ((i >> 3) & 1u) + 4u * (i >> 5)
+                       : code * 64u + i;
+      sum +=
+          cvr_tvq_entry(words, row.first[p], entry, (row.flags[p] & 1u) != 0u) * int(row.scale[p]);
     }
   }
   return sum;
 }
 
-// The sums of the four voxels 4j to 4j + 3 of a block, side by side along x: entries of 8 bits are one word a book.
+// The sums of the four voxels 4j to 4j + 3 of a block, side by side along x: entries of 8 bits are
+// one word a book.
 struct TvqRun {
   int sum[4];
 };
@@ -136,7 +145,8 @@ CVR_FUNC int cvr_tvq_integer(TvqDomain domain, int sum) {
   return value < domain.low ? domain.low : value > domain.high ? domain.high : value;
 }
 
-// The products are exact (but for denormals), so a device may contract the last one and the addition.
+// The products are exact (but for denormals), so a device may contract the last one and the
+// addition.
 CVR_FUNC float cvr_tvq_float(TvqDomain domain, int sum) {
   int inside = sum < domain.low ? domain.low : sum > domain.high ? domain.high : sum;
   return domain.offset + float(inside) * domain.step_a * domain.step_b;

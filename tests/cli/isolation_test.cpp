@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/cli/child.hpp"
 #include "experiments/analysis/load_config.hpp"
 #include "experiments/run/runner.hpp"
+#include "tests/cli/child.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::cli_tests {

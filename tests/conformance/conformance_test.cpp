@@ -1,6 +1,6 @@
-// What every codec of the registry must do with every sample volume, for its default parameters and the
-// corners of their ranges. No codec is named here: a new line in the registry brings all of these tests with
-// it.
+// What every codec of the registry must do with every sample volume, for its default parameters and
+// the corners of their ranges. No codec is named here: a new line in the registry brings all of
+// these tests with it.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -69,7 +69,8 @@ class SlabCheck final : public SlabSink {
     EXPECT_LE(z1, volume_.extent().z);
     open_ = true;
     begun_ = z1;
-    return volume_.data() + z0 * volume_.extent().x * volume_.extent().y * size_of(volume_.info().type);
+    return volume_.data() +
+           z0 * volume_.extent().x * volume_.extent().y * size_of(volume_.info().type);
   }
   void end(std::uint64_t z0, std::uint64_t z1) override {
     EXPECT_TRUE(open_);
@@ -94,8 +95,8 @@ class SlabCheck final : public SlabSink {
 /// Whether two volumes hold the same bytes; names the first voxel that differs.
 testing::AssertionResult same_voxels(const Volume& expected, const Volume& found) {
   if (expected.extent() != found.extent()) {
-    return testing::AssertionFailure()
-           << "extent " << to_string(found.extent()) << ", expected " << to_string(expected.extent());
+    return testing::AssertionFailure() << "extent " << to_string(found.extent()) << ", expected "
+                                       << to_string(expected.extent());
   }
   const std::size_t voxel = size_of(expected.info().type);
   const Extent& e = expected.extent();
@@ -103,12 +104,13 @@ testing::AssertionResult same_voxels(const Volume& expected, const Volume& found
     return testing::AssertionSuccess();
   std::uint64_t i = 0;
   while (std::memcmp(expected.data() + i * voxel, found.data() + i * voxel, voxel) == 0) ++i;
-  return testing::AssertionFailure() << "first differing voxel (" << i % e.x << ", " << i / e.x % e.y << ", "
-                                     << i / (e.x * e.y) << ") of " << to_string(e);
+  return testing::AssertionFailure()
+         << "first differing voxel (" << i % e.x << ", " << i / e.x % e.y << ", " << i / (e.x * e.y)
+         << ") of " << to_string(e);
 }
 
-/// Points to ask for: every voxel of small volumes, a sample of others (single-voxel access may cost a walk
-/// over a brick).
+/// Points to ask for: every voxel of small volumes, a sample of others (single-voxel access may
+/// cost a walk over a brick).
 std::vector<Coordinate> query_points(const Extent& e) {
   constexpr std::uint64_t kAllBelow = 3000;
   constexpr std::uint64_t kSampled = 400;
@@ -149,13 +151,16 @@ class Conformance : public testing::TestWithParam<Case> {
     EXPECT_TRUE(access.at({}, lod, {}));
   }
 
-  /// Steps take more and more of the payload, the last all of it; each decodes for any number of threads.
-  void check_steps(const ProgressiveAccess& access, const Volume& whole, std::uint64_t payload_bytes) const {
+  /// Steps take more and more of the payload, the last all of it; each decodes for any number of
+  /// threads.
+  void check_steps(const ProgressiveAccess& access, const Volume& whole,
+                   std::uint64_t payload_bytes) const {
     ASSERT_GE(access.steps(), 2u);
     for (unsigned step = 0; step < access.steps(); ++step) {
       EXPECT_FALSE(access.step_name(step).empty());
       if (step > 0) {
-        EXPECT_GE(access.step_bytes(step), access.step_bytes(step - 1)) << "a step without a book costs nothing";
+        EXPECT_GE(access.step_bytes(step), access.step_bytes(step - 1))
+            << "a step without a book costs nothing";
       }
       SlabCheck one(original().info(), 64);
       const auto ok = access.decode_step(step, 1, one);
@@ -232,7 +237,8 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
 
   EXPECT_EQ(encoded_->breakdown.total(), bytes().size());
   for (std::size_t i = 0; i < kByteClasses; ++i) {
-    EXPECT_EQ(encoded_->breakdown[ByteClass(i)], file->breakdown[ByteClass(i)]) << name_of(ByteClass(i));
+    EXPECT_EQ(encoded_->breakdown[ByteClass(i)], file->breakdown[ByteClass(i)])
+        << name_of(ByteClass(i));
   }
   if (lossless()) {  // publications of lossy codecs count what a device holds, which may be nothing, or more than a file
     EXPECT_LE(encoded_->published_bytes, bytes().size());
@@ -251,8 +257,9 @@ TEST_P(Conformance, RoundTripsAndDescribesItself) {
   if (recorded) {
     const RecordedError found = samples::error_of(original(), *decoded);
     EXPECT_TRUE(samples::keeps(*recorded, original(), *decoded))
-        << "largest error " << recorded->largest << " recorded, " << found.largest << " found; mean squared error "
-        << recorded->mean_squared << " recorded, " << found.mean_squared << " found";
+        << "largest error " << recorded->largest << " recorded, " << found.largest
+        << " found; mean squared error " << recorded->mean_squared << " recorded, "
+        << found.mean_squared << " found";
   }
   const auto valid = validate(bytes(), 2);
   EXPECT_TRUE(valid) << valid.error().message;
@@ -262,11 +269,13 @@ TEST_P(Conformance, EncodesTheSameBytesForAnyThreadsAndSource) {
   const samples::StreamedSource streamed(original());
   const volumes::MemorySource memory(original());
   for (const unsigned threads : {1u, 2u, 3u, 7u}) {
-    const VolumeSource& source = threads % 2 == 1 ? static_cast<const VolumeSource&>(streamed) : memory;
+    const VolumeSource& source =
+        threads % 2 == 1 ? static_cast<const VolumeSource&>(streamed) : memory;
     const auto again = codecs::encode(*GetParam().codec, source, GetParam().parameters, threads);
     ASSERT_TRUE(again) << again.error().message;
     ASSERT_EQ(again->bytes.size(), bytes().size()) << threads << " threads";
-    ASSERT_EQ(std::memcmp(again->bytes.data(), bytes().data(), bytes().size()), 0) << threads << " threads";
+    ASSERT_EQ(std::memcmp(again->bytes.data(), bytes().data(), bytes().size()), 0)
+        << threads << " threads";
     EXPECT_EQ(again->published_bytes, encoded_->published_bytes);
   }
 }
@@ -293,7 +302,8 @@ TEST_P(Conformance, AllWaysOfDecodingAgree) {
       SlabCheck sink(info, depth);
       const auto ok = (*decoder)->decode(lod, threads, sink);
       ASSERT_TRUE(ok) << ok.error().message;
-      EXPECT_TRUE(same_voxels(*whole, sink.finished())) << threads << " threads, slabs of " << depth;
+      EXPECT_TRUE(same_voxels(*whole, sink.finished()))
+          << threads << " threads, slabs of " << depth;
     }
     if (const VoxelAccess* access = (*decoder)->voxel_access()) check_voxels(*access, *whole, lod);
     if (const BrickAccess* access = (*decoder)->brick_access()) check_bricks(*access, *whole, lod);
@@ -306,7 +316,8 @@ TEST_P(Conformance, AllWaysOfDecodingAgree) {
 }
 
 TEST_P(Conformance, RefusesTruncatedAndChangedFiles) {
-  for (const std::size_t size : {std::size_t{0}, std::size_t{40}, bytes().size() / 2, bytes().size() - 1}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{40}, bytes().size() / 2, bytes().size() - 1}) {
     EXPECT_FALSE(open_file(bytes().first(size))) << size;
   }
   Buffer changed;
@@ -321,7 +332,8 @@ TEST_P(Conformance, RefusesTruncatedAndChangedFiles) {
 }
 
 std::string case_name(const testing::TestParamInfo<Case>& info) {
-  return samples::test_name(*info.param.codec, info.param.parameters) + "_of_" + info.param.sample->name;
+  return samples::test_name(*info.param.codec, info.param.parameters) + "_of_" +
+         info.param.sample->name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, Conformance, testing::ValuesIn(all_cases()), case_name);
@@ -335,15 +347,17 @@ class Refusals : public testing::TestWithParam<const Codec*> {
 
 TEST_P(Refusals, TypesThatAreNotAccepted) {
   for (const VoxelType type : volumes::kVoxelTypes) {
-    const VolumeInfo info{.extent = {3, 2, 1}, .type = type, .kind = accepted_kind(), .voxel_unit = {}};
+    const VolumeInfo info{
+        .extent = {3, 2, 1}, .type = type, .kind = accepted_kind(), .voxel_unit = {}};
     if (samples::accepts(*GetParam(), info)) continue;
     Volume volume(info);
     std::memset(volume.data(), 0, info.bytes());
-    const auto encoded =
-        codecs::encode(*GetParam(), volumes::MemorySource(volume), samples::parameter_corners(*GetParam())[0], 1);
+    const auto encoded = codecs::encode(*GetParam(), volumes::MemorySource(volume),
+                                        samples::parameter_corners(*GetParam())[0], 1);
     ASSERT_FALSE(encoded) << name_of(type);
     EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
-    EXPECT_NE(encoded.error().message.find(name_of(type)), std::string::npos) << encoded.error().message;
+    EXPECT_NE(encoded.error().message.find(name_of(type)), std::string::npos)
+        << encoded.error().message;
   }
 }
 
@@ -352,36 +366,41 @@ TEST_P(Refusals, LabelsByLossyCodecs) {
   for (const SampleVolume& sample : samples::sample_volumes()) {
     if (sample.info.kind != VolumeKind::kLabels) continue;
     const Volume volume = sample.volume();
-    const auto encoded =
-        codecs::encode(*GetParam(), volumes::MemorySource(volume), samples::parameter_corners(*GetParam())[0], 1);
+    const auto encoded = codecs::encode(*GetParam(), volumes::MemorySource(volume),
+                                        samples::parameter_corners(*GetParam())[0], 1);
     ASSERT_FALSE(encoded) << sample.name;
     EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
   }
 }
 
 TEST_P(Refusals, NonFiniteVoxelsByLossyCodecs) {
-  const VolumeInfo info{.extent = {7, 6, 5}, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}};
+  const VolumeInfo info{
+      .extent = {7, 6, 5}, .type = VoxelType::kF32, .kind = VolumeKind::kScalars, .voxel_unit = {}};
   if (GetParam()->traits().lossless || !samples::accepts(*GetParam(), info)) return;
   Volume volume(info);
   for (float& voxel : volume.voxels<float>()) voxel = 0.5f;
   volume.voxels<float>()[info.extent.index({3, 4, 2})] = std::numeric_limits<float>::quiet_NaN();
   volume.voxels<float>()[info.extent.index({0, 0, 4})] = -std::numeric_limits<float>::infinity();
   for (const unsigned threads : {1u, 3u}) {
-    const auto encoded =
-        codecs::encode(*GetParam(), samples::StreamedSource(volume), samples::parameter_corners(*GetParam())[0], threads);
+    const auto encoded = codecs::encode(*GetParam(), samples::StreamedSource(volume),
+                                        samples::parameter_corners(*GetParam())[0], threads);
     ASSERT_FALSE(encoded);
     EXPECT_EQ(encoded.error().code, ErrorCode::kUnsupported);
-    EXPECT_NE(encoded.error().message.find("found 2 "), std::string::npos) << encoded.error().message;
-    EXPECT_NE(encoded.error().message.find("(3, 4, 2)"), std::string::npos) << encoded.error().message;
+    EXPECT_NE(encoded.error().message.find("found 2 "), std::string::npos)
+        << encoded.error().message;
+    EXPECT_NE(encoded.error().message.find("(3, 4, 2)"), std::string::npos)
+        << encoded.error().message;
   }
 }
 
 TEST_P(Refusals, EmptyExtents) {
   for (const Extent& extent : {Extent{0, 0, 0}, {0, 3, 2}, {3, 0, 2}, {3, 2, 0}}) {
-    const Volume volume(
-        {.extent = extent, .type = GetParam()->traits().types.front(), .kind = accepted_kind(), .voxel_unit = {}});
-    const auto encoded =
-        codecs::encode(*GetParam(), volumes::MemorySource(volume), samples::parameter_corners(*GetParam())[0], 1);
+    const Volume volume({.extent = extent,
+                         .type = GetParam()->traits().types.front(),
+                         .kind = accepted_kind(),
+                         .voxel_unit = {}});
+    const auto encoded = codecs::encode(*GetParam(), volumes::MemorySource(volume),
+                                        samples::parameter_corners(*GetParam())[0], 1);
     ASSERT_FALSE(encoded) << to_string(extent);
     EXPECT_EQ(encoded.error().code, ErrorCode::kBadArgument);
   }
@@ -405,7 +424,8 @@ TEST_P(Refusals, UnknownAndMalformedParameters) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Registry, Refusals, testing::ValuesIn(all_codecs().begin(), all_codecs().end()),
+INSTANTIATE_TEST_SUITE_P(Registry, Refusals,
+                         testing::ValuesIn(all_codecs().begin(), all_codecs().end()),
                          [](const auto& info) { return samples::test_name(*info.param, {}); });
 
 TEST(Registry, IdentifiersAreUniqueAndFound) {

@@ -1,5 +1,5 @@
-// Everything that a decoder can be asked, on bytes that nobody vouches for. Shared by the mutation test and
-// the libFuzzer targets.
+// Everything that a decoder can be asked, on bytes that nobody vouches for. Shared by the mutation
+// test and the libFuzzer targets.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace cvr::fuzz {
 
-/// Levels above this size are not asked for: memory of that size is the caller's own wish, stated in the
-/// envelope.
+/// Levels above this size are not asked for: memory of that size is the caller's own wish, stated
+/// in the envelope.
 inline constexpr std::uint64_t kLargestLevel = std::uint64_t{4} << 20;
 
 /// A slab at a time, allocated to the byte, so that a sanitizer sees a write beyond it.
@@ -21,7 +21,8 @@ class ThrowAwaySink final : public volumes::SlabSink {
   explicit ThrowAwaySink(const volumes::VolumeInfo& info) : info_(info) {}
   std::uint64_t preferred_depth() const override { return 1; }
   std::byte* begin(std::uint64_t z0, std::uint64_t z1) override {
-    slab_ = std::vector<std::byte>((z1 - z0) * info_.extent.x * info_.extent.y * size_of(info_.type));
+    slab_ =
+        std::vector<std::byte>((z1 - z0) * info_.extent.x * info_.extent.y * size_of(info_.type));
     return slab_.data();
   }
   void end(std::uint64_t, std::uint64_t) override {}
@@ -31,21 +32,23 @@ class ThrowAwaySink final : public volumes::SlabSink {
   std::vector<std::byte> slab_;
 };
 
-/// The decoder texts of the GPU on what they would be given, a brick or a cell in each corner of the volume. True if nothing was
-/// refused, or if there is no such text.
+/// The decoder texts of the GPU on what they would be given, a brick or a cell in each corner of
+/// the volume. True if nothing was refused, or if there is no such text.
 inline bool exercise_gpu(const codecs::Decoder& decoder, const volumes::VolumeInfo& info) {
   if (info.bytes() > kLargestLevel) return true;
   const auto encoding = decoder.gpu_encoding(0, 1);
   if (!encoding) return encoding.error().code == codecs::ErrorCode::kUnsupported;
   const samples::DecodeText text(*encoding, info);
   const volumes::Extent grid = text.grid();
-  for (const volumes::Coordinate& brick : {volumes::Coordinate{0, 0, 0}, {grid.x - 1, grid.y - 1, grid.z - 1}}) {
+  for (const volumes::Coordinate& brick :
+       {volumes::Coordinate{0, 0, 0}, {grid.x - 1, grid.y - 1, grid.z - 1}}) {
     text.label(text.root(brick));
     text.visible(brick, [](std::uint32_t) { return false; });
     for (unsigned lod = 0; lod < encoding->levels; lod += 2) {
       const volumes::Extent e = codecs::level_extent(info.extent, lod);
       if (encoding->voxel_access) {
-        text.label(text.cell({brick.x == 0 ? 0 : e.x - 1, brick.y == 0 ? 0 : e.y - 1, e.z - 1}, lod));
+        text.label(
+            text.cell({brick.x == 0 ? 0 : e.x - 1, brick.y == 0 ? 0 : e.y - 1, e.z - 1}, lod));
       }
       if (encoding->serial) {
         for (const std::uint32_t code : text.brick(brick, lod)) text.label(code);
@@ -55,8 +58,8 @@ inline bool exercise_gpu(const codecs::Decoder& decoder, const volumes::VolumeIn
   return true;
 }
 
-/// Decodes all levels, some voxels, some bricks and all steps. Results do not matter; returning does. True if nothing
-/// was refused.
+/// Decodes all levels, some voxels, some bricks and all steps. Results do not matter; returning
+/// does. True if nothing was refused.
 inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& info) {
   bool accepted = true;
   for (unsigned lod = 0; lod < decoder.levels(); ++lod) {
@@ -66,8 +69,10 @@ inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& 
       accepted &= decoder.decode(lod, 1, sink).has_value();
     }
     const volumes::Extent& e = info.extent;
-    const std::vector<volumes::Coordinate> points{
-        {0, 0, 0}, {e.x - 1, e.y - 1, e.z - 1}, {e.x / 2, e.y / 2, e.z / 2}, {e.x / 3, e.y - 1, e.z / 5}};
+    const std::vector<volumes::Coordinate> points{{0, 0, 0},
+                                                  {e.x - 1, e.y - 1, e.z - 1},
+                                                  {e.x / 2, e.y / 2, e.z / 2},
+                                                  {e.x / 3, e.y - 1, e.z / 5}};
     if (const codecs::VoxelAccess* access = decoder.voxel_access()) {
       std::vector<std::uint64_t> labels(points.size());
       accepted &= access->at(points, lod, labels).has_value();
@@ -79,9 +84,11 @@ inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& 
     std::vector<std::byte> brick(size.voxels() * size_of(info.type));
     const volumes::Extent grid = access->brick_grid();
     accepted &= access->decode_brick({0, 0, 0}, lod, brick.data()).has_value();
-    accepted &= access->decode_brick({grid.x - 1, grid.y - 1, grid.z - 1}, lod, brick.data()).has_value();
+    accepted &=
+        access->decode_brick({grid.x - 1, grid.y - 1, grid.z - 1}, lod, brick.data()).has_value();
   }
-  if (const codecs::ProgressiveAccess* access = decoder.progressive_access(); access != nullptr && info.bytes() <= kLargestLevel) {
+  if (const codecs::ProgressiveAccess* access = decoder.progressive_access();
+      access != nullptr && info.bytes() <= kLargestLevel) {
     for (unsigned step = 0; step < access->steps(); ++step) {
       ThrowAwaySink sink(info);
       accepted &= access->decode_step(step, 1, sink).has_value();

@@ -31,7 +31,8 @@ std::vector<Case> all_cases() {
       if (samples::accepts(*codec, volume.sample)) cases.push_back({codec, &volume});
     }
     if (!knows_time(*codec)) continue;
-    for (const char* books : {"books=step", "books=shared"}) cases.push_back({codec, &golden_series(), {books}});
+    for (const char* books : {"books=step", "books=shared"})
+      cases.push_back({codec, &golden_series(), {books}});
   }
   return cases;
 }
@@ -42,7 +43,9 @@ std::vector<char> read_file(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::span<const std::byte> bytes_of(const std::vector<char>& file) { return std::as_bytes(std::span(file)); }
+std::span<const std::byte> bytes_of(const std::vector<char>& file) {
+  return std::as_bytes(std::span(file));
+}
 
 TEST(GoldenInput, VoxelsAreTheOnesThatTheFilesWereMadeOf) {
   std::vector<const GoldenVolume*> all{&golden_series()};
@@ -58,13 +61,16 @@ class Golden : public testing::TestWithParam<Case> {};
 TEST_P(Golden, EncodesToTheFile) {
   const auto& [codec, volume, assignments] = GetParam();
   const volumes::Volume made = volume->sample.volume();
-  ASSERT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash) << "the input itself has changed";
-  const auto encoded = codecs::encode(*codec, volumes::MemorySource(made), GetParam().parameters(), 1);
+  ASSERT_EQ(XXH3_64bits(made.data(), made.info().bytes()), volume->hash)
+      << "the input itself has changed";
+  const auto encoded =
+      codecs::encode(*codec, volumes::MemorySource(made), GetParam().parameters(), 1);
   ASSERT_TRUE(encoded) << encoded.error().message;
   const std::string path = GetParam().path();
   if (std::getenv("CVRBENCH_WRITE_GOLDEN") != nullptr) {
     std::ofstream out(path, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(encoded->bytes.data()), static_cast<std::streamsize>(encoded->bytes.size()));
+    out.write(reinterpret_cast<const char*>(encoded->bytes.data()),
+              static_cast<std::streamsize>(encoded->bytes.size()));
     ASSERT_TRUE(out.good()) << path;
   }
   const std::vector<char> file = read_file(path);
@@ -94,8 +100,10 @@ TEST_P(Golden, FileDecodesToTheVolume) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, Golden, testing::ValuesIn(all_cases()), [](const auto& info) {
-  std::string name = samples::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->sample.name;
-  for (const std::string& assignment : info.param.assignments) name += '_' + assignment.substr(assignment.find('=') + 1);
+  std::string name =
+      samples::test_name(*info.param.codec, {}) + "_of_" + info.param.volume->sample.name;
+  for (const std::string& assignment : info.param.assignments)
+    name += '_' + assignment.substr(assignment.find('=') + 1);
   return name;
 });
 

@@ -1,5 +1,5 @@
-// Payloads of the CSGV families that no encoder of this project writes: some are legal and must decode, all
-// others must be refused by open() or by decoding, never believed. Written by hand from
+// Payloads of the CSGV families that no encoder of this project writes: some are legal and must
+// decode, all others must be refused by open() or by decoding, never believed. Written by hand from
 // codecs/csgv/FORMAT.md; bricks of 16, five levels.
 #include <gtest/gtest.h>
 
@@ -26,7 +26,8 @@ using Words = std::vector<std::uint32_t>;
 constexpr std::uint32_t kLevels = 5;
 const VolumeInfo kBrickInfo{.extent = {16, 16, 16}, .type = VoxelType::kU32, .voxel_unit = {}};
 
-/// A brick of csgv-nibble: level starts (decoders do not rely on them), palette size, operations, palette.
+/// A brick of csgv-nibble: level starts (decoders do not rely on them), palette size, operations,
+/// palette.
 Words nibble_brick(const std::vector<unsigned>& symbols, const Words& palette) {
   Words words(kLevels, 0);
   words.push_back(static_cast<std::uint32_t>(palette.size()));
@@ -51,8 +52,8 @@ Buffer payload(const std::vector<Words>& bricks, const std::vector<std::uint64_t
 }
 
 /// All levels decoded; the finest is returned.
-Expected<Volume> decode(std::string_view id, const std::vector<std::string>& more, const VolumeInfo& info,
-                        const Buffer& bytes) {
+Expected<Volume> decode(std::string_view id, const std::vector<std::string>& more,
+                        const VolumeInfo& info, const Buffer& bytes) {
   const codecs::Codec& codec = *codecs::find_codec(id);
   std::vector<std::string> assignments = more;
   assignments.push_back("brick=16");
@@ -81,8 +82,10 @@ void expect_constant(const Expected<Volume>& volume, std::uint32_t label) {
 
 void expect_refused(const Expected<Volume>& volume, const std::string& part_of_message) {
   ASSERT_FALSE(volume) << "expected: " << part_of_message;
-  EXPECT_TRUE(volume.error().code == ErrorCode::kMalformed || volume.error().code == ErrorCode::kTruncated);
-  EXPECT_NE(volume.error().message.find(part_of_message), std::string::npos) << volume.error().message;
+  EXPECT_TRUE(volume.error().code == ErrorCode::kMalformed ||
+              volume.error().code == ErrorCode::kTruncated);
+  EXPECT_NE(volume.error().message.find(part_of_message), std::string::npos)
+      << volume.error().message;
 }
 
 std::vector<unsigned> root_and_children(unsigned child, unsigned root = 4) {
@@ -93,7 +96,8 @@ std::vector<unsigned> root_and_children(unsigned child, unsigned root = 4) {
 
 TEST(NeverProducedNibbles, LegalOnesDecode) {
   expect_constant(decode_nibbles({4 + 8}, {5}), 5);
-  expect_constant(decode_nibbles(root_and_children(0 + 8), {5}), 5);  // stop bits one level too late
+  expect_constant(decode_nibbles(root_and_children(0 + 8), {5}),
+                  5);  // stop bits one level too late
   expect_constant(decode_nibbles(root_and_children(5 + 8), {5}), 5);  // "last" where "parent" fits
   expect_constant(decode_nibbles(root_and_children(4 + 8), Words(9, 5)),
                   5);  // a label nine times in the palette
@@ -125,10 +129,12 @@ TEST(NeverProducedNibbles, IllegalOperationsAreRefused) {
 }
 
 TEST(NeverProducedNibbles, IllegalDistancesAreRefused) {
-  expect_refused(decode_nibbles({4, 6 + 8, 0, 8, 8, 8, 8, 8, 8, 8}, {5, 6}, true), "palette distance");
-  // Leading zero digits say nothing and can be had for almost no bytes under rANS: a decoder would count them
-  // for minutes.
-  expect_refused(decode_nibbles({4, 4 + 8, 6 + 8, 8, 0, 8, 8, 8, 8, 8, 8}, {5, 6}, true), "end early");
+  expect_refused(decode_nibbles({4, 6 + 8, 0, 8, 8, 8, 8, 8, 8, 8}, {5, 6}, true),
+                 "palette distance");
+  // Leading zero digits say nothing and can be had for almost no bytes under rANS: a decoder would
+  // count them for minutes.
+  expect_refused(decode_nibbles({4, 4 + 8, 6 + 8, 8, 0, 8, 8, 8, 8, 8, 8}, {5, 6}, true),
+                 "end early");
   std::vector<unsigned> endless(4000, 15);
   endless[0] = 4;
   endless[1] = 6;
@@ -150,12 +156,13 @@ TEST(NeverProducedNibbles, IllegalFramesAreRefused) {
   expect_refused(open(payload({brick, brick})), "do not fill");
   expect_refused(open(payload({brick}, {77})), "u64 alone");
   expect_refused(open(payload({brick}, {77}), VoxelType::kU64), "leaves the remap table");
-  const auto remapped = open(payload({nibble_brick({4 + 8}, {1})}, {77, ~std::uint64_t{0}}), VoxelType::kU64);
+  const auto remapped =
+      open(payload({nibble_brick({4 + 8}, {1})}, {77, ~std::uint64_t{0}}), VoxelType::kU64);
   ASSERT_TRUE(remapped) << remapped.error().message;
   EXPECT_EQ(remapped->label({3, 2, 1}), ~std::uint64_t{0});
 
-  // Start tables: not from 0, descending, beyond the words; tables of labels and frequencies longer than the
-  // payload.
+  // Start tables: not from 0, descending, beyond the words; tables of labels and frequencies longer
+  // than the payload.
   const Buffer good = payload({brick});
   const auto changed = [&](std::size_t at, std::uint32_t value) {
     Buffer bytes = good;
@@ -189,7 +196,8 @@ TEST(NeverProducedWaveletMatrices, EveryChangedWordOfAConstantBrickIsRefused) {
   expect_constant(decode("csgvr-sb", {}, kBrickInfo, good), 5);
   constexpr std::size_t kBrickAt = 24;
   ASSERT_EQ(good.size(), kBrickAt + 4 * 26);
-  // All but the last word, which is the label itself. 73: the 64-bit words of the stop bits of a whole brick.
+  // All but the last word, which is the label itself. 73: the 64-bit words of the stop bits of a
+  // whole brick.
   for (std::size_t word = 0; word < 25; ++word) {
     for (const std::uint32_t value : {0u, 1u, 2u, 3u, 7u, 64u, 73u, 0x7fffffffu, 0xffffffffu}) {
       Buffer bytes = good;
@@ -203,8 +211,8 @@ TEST(NeverProducedWaveletMatrices, EveryChangedWordOfAConstantBrickIsRefused) {
 }
 
 TEST(NeverProducedWaveletMatrices, StopBitsOfTheFinestLevelAreNotRead) {
-  const Volume volume =
-      samples::make_labels(kBrickInfo, [](const auto& c) { return samples::random_at(1, c.x / 3 + 9 * c.y) % 5; });
+  const Volume volume = samples::make_labels(
+      kBrickInfo, [](const auto& c) { return samples::random_at(1, c.x / 3 + 9 * c.y) % 5; });
   Buffer bytes = encoded("csgvr-sb", volume);
   auto* words = reinterpret_cast<std::uint32_t*>(bytes.data() + 24);
   const std::size_t count = (bytes.size() - 24) / 4;
@@ -212,7 +220,8 @@ TEST(NeverProducedWaveletMatrices, StopBitsOfTheFinestLevelAreNotRead) {
   const std::uint32_t symbols = words[kLevels + 2 + 5];
   ASSERT_EQ(words[s_words_at], (symbols + 63) / 64);
   const std::size_t s_at = s_words_at - 2 * words[s_words_at];
-  for (std::uint32_t i = words[kLevels - 1]; i < symbols; ++i) words[s_at + i / 32] |= 1u << (i % 32);
+  for (std::uint32_t i = words[kLevels - 1]; i < symbols; ++i)
+    words[s_at + i / 32] |= 1u << (i % 32);
   std::vector<std::uint64_t> stop_bits(words[s_words_at]);
   std::memcpy(stop_bits.data(), words + s_at, 8 * stop_bits.size());
   Words rank;
@@ -224,7 +233,8 @@ TEST(NeverProducedWaveletMatrices, StopBitsOfTheFinestLevelAreNotRead) {
 }
 
 TEST(NeverProducedRans, IllegalTablesAndStreamsAreRefused) {
-  const Volume volume = samples::make_labels(kBrickInfo, [](const auto& c) { return (c.x + c.y + c.z) / 3; });
+  const Volume volume =
+      samples::make_labels(kBrickInfo, [](const auto& c) { return (c.x + c.y + c.z) / 3; });
   const Buffer good = encoded("csgv-rans", volume);
   ASSERT_TRUE(decode("csgv-rans", {}, kBrickInfo, good));
   const auto changed = [&](std::size_t at, std::uint16_t value) {

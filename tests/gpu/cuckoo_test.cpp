@@ -1,12 +1,14 @@
-// The voxel cache's table on the device, one ray after another, so that the order of all lookups and insertions is known: counters and
-// pictures must be those that the table in C++ predicts, for cells that were searched to collide and for a table that overflows.
+// The voxel cache's table on the device, one ray after another, so that the order of all lookups
+// and insertions is known: counters and pictures must be those that the table in C++ predicts, for
+// cells that were searched to collide and for a table that overflows.
+#include "tests/samples/cuckoo.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
 #include "tests/gpu/drawing.hpp"
-#include "tests/samples/cuckoo.hpp"
 
 namespace cvr::gpu_tests {
 namespace {
@@ -17,7 +19,8 @@ constexpr std::uint32_t kSide = 64, kBrick = 16;
 constexpr std::uint32_t kMarker = 7, kFirstLabel = 100;
 constexpr auto kLeastEntries = static_cast<std::uint32_t>(gpu::kLeastCacheBytes / 8);
 
-/// All labels differ but for one marker a brick, at its corner, which makes rays look into all bricks.
+/// All labels differ but for one marker a brick, at its corner, which makes rays look into all
+/// bricks.
 std::uint32_t label_at(const CuckooCell& cell) {
   if (cell.x % kBrick == 0 && cell.y % kBrick == 0 && cell.z % kBrick == 0) return kMarker;
   return kFirstLabel + cell.x + kSide * (cell.y + kSide * cell.z);
@@ -38,7 +41,8 @@ std::vector<CuckooCell> free_cells() {
 volumes::Volume labelled_volume() {
   volumes::Volume volume({.extent = {kSide, kSide, kSide}, .type = volumes::VoxelType::kU32});
   const auto labels = volume.voxels<std::uint32_t>();
-  for (std::uint32_t i = 0; i < labels.size(); ++i) labels[i] = label_at({i % kSide, i / kSide % kSide, i / kSide / kSide, 0});
+  for (std::uint32_t i = 0; i < labels.size(); ++i)
+    labels[i] = label_at({i % kSide, i / kSide % kSide, i / kSide / kSide, 0});
   return volume;
 }
 
@@ -47,15 +51,16 @@ struct Counts {
   bool operator==(const Counts&) const = default;
 };
 std::ostream& operator<<(std::ostream& out, const Counts& c) {
-  return out << c.hits << " hits, " << c.misses << " misses, " << c.ejections << " ejections, " << c.losses << " losses, " << c.wrong
-             << " wrong";
+  return out << c.hits << " hits, " << c.misses << " misses, " << c.ejections << " ejections, "
+             << c.losses << " losses, " << c.wrong << " wrong";
 }
 
-/// A picture of one pixel, whose ray passes the cells of a row along x in their order until it meets a visible one; on the device and in
-/// the table in C++ at once.
+/// A picture of one pixel, whose ray passes the cells of a row along x in their order until it
+/// meets a visible one; on the device and in the table in C++ at once.
 class Row {
  public:
-  Row(const std::string& codec, std::uint32_t entries, const std::vector<CuckooCell>& visible) : table_(entries) {
+  Row(const std::string& codec, std::uint32_t entries, const std::vector<CuckooCell>& visible)
+      : table_(entries) {
     const volumes::Volume volume = labelled_volume();
     const auto encoded = encode_for_gpu(volume, codec, {}, kBrick);
     gpu::Scene scene;
@@ -85,7 +90,8 @@ class Row {
   /// Draws the row of a cell; returns the labels that the two renderers show.
   std::pair<std::uint64_t, std::uint64_t> draw(const CuckooCell& cell) {
     const auto centre = [](std::uint32_t at) { return (at + 0.5 - kSide / 2.0) / kSide; };
-    const gpu::Camera camera{{-1, centre(cell.y), centre(cell.z)}, {0, centre(cell.y), centre(cell.z)}, {0, 1, 0}, 30};
+    const gpu::Camera camera{
+        {-1, centre(cell.y), centre(cell.z)}, {0, centre(cell.y), centre(cell.z)}, {0, 1, 0}, 30};
     cached_->render(camera);
     direct_->render(camera);
     return {cached_->read_image().labels.at(0), direct_->read_image().labels.at(0)};
@@ -111,9 +117,11 @@ class Row {
   Counts counted() const {
     const gpu::Counters counters = cached_->read_counters();
     const auto of = [&](const char* name) {
-      return std::ranges::find(counters, name, &std::pair<std::string, std::uint64_t>::first)->second;
+      return std::ranges::find(counters, name, &std::pair<std::string, std::uint64_t>::first)
+          ->second;
     };
-    return {of("cache_hits"), of("cache_misses"), of("cache_ejections"), of("cache_losses"), of("wrong_labels")};
+    return {of("cache_hits"), of("cache_misses"), of("cache_ejections"), of("cache_losses"),
+            of("wrong_labels")};
   }
 
  private:
@@ -140,7 +148,8 @@ TEST(CuckooTable, CellsThatPushEachOtherAboutStayRight) {
       EXPECT_EQ(cached, expected);
       EXPECT_EQ(direct, expected);
       EXPECT_EQ(row.counted(), row.predicted());
-      // The other cells of the rows are few in a table of a mebibyte; what the searched ones do is known without the table.
+      // The other cells of the rows are few in a table of a mebibyte; what the searched ones do is
+      // known without the table.
       EXPECT_GE(row.counted().ejections, step.ejections);
       EXPECT_GE(row.counted().losses, step.losses);
     }

@@ -1,4 +1,5 @@
-// Every decoder on the device: every cell of every level equals the label pyramid, over the sample volumes, by every path.
+// Every decoder on the device: every cell of every level equals the label pyramid, over the sample
+// volumes, by every path.
 #include <gtest/gtest.h>
 
 #include "codecs/registry.hpp"
@@ -13,8 +14,8 @@ constexpr std::uint64_t kMostVoxels = 300000;  // the large sample volumes are f
 
 class Decoders : public ::testing::TestWithParam<std::string> {};
 
-void expect_pyramid(gpu::DecodeProbe& probe, gpu::DecodePath path, const volumes::Volume& volume, unsigned levels,
-                    const std::string& what) {
+void expect_pyramid(gpu::DecodeProbe& probe, gpu::DecodePath path, const volumes::Volume& volume,
+                    unsigned levels, const std::string& what) {
   if (!probe.refuses(path).empty()) return;
   for (unsigned lod = 0; lod < levels; ++lod) {
     const auto found = probe.decode(path, lod);
@@ -33,14 +34,16 @@ TEST_P(Decoders, EqualThePyramidOverTheZoo) {
   const codecs::Codec& codec = *codecs::find_codec(GetParam());
   unsigned checked = 0;
   for (const samples::SampleVolume& sample : samples::sample_volumes()) {
-    if (sample.info.kind != volumes::VolumeKind::kLabels || !samples::accepts(codec, sample.info)) continue;
+    if (sample.info.kind != volumes::VolumeKind::kLabels || !samples::accepts(codec, sample.info))
+      continue;
     if (sample.info.extent.voxels() > kMostVoxels) continue;
     const volumes::Volume volume = sample.volume();
     const std::uint32_t brick = checked++ % 2 == 0 ? 32 : 16;
     const auto encoded = encode_for_gpu(volume, GetParam(), {}, brick);
     auto probe = gpu::DecodeProbe::make(device(), encoded->encoding, volume.info());
     ASSERT_TRUE(probe) << probe.error().message;
-    for (const gpu::DecodePath path : {gpu::DecodePath::kCells, gpu::DecodePath::kBricks, gpu::DecodePath::kShared})
+    for (const gpu::DecodePath path :
+         {gpu::DecodePath::kCells, gpu::DecodePath::kBricks, gpu::DecodePath::kShared})
       expect_pyramid(**probe, path, volume, encoded->encoding.levels, sample.name);
   }
   EXPECT_GT(checked, 8u);

@@ -1,5 +1,5 @@
-// Every codec by every access mode and shading mode draws the picture of the CPU renderer, label by label and colour by colour; what does
-// not go together is refused with a reason.
+// Every codec by every access mode and shading mode draws the picture of the CPU renderer, label by
+// label and colour by colour; what does not go together is refused with a reason.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -18,7 +18,8 @@ struct Combination {
 };
 
 std::string name_of_combination(const ::testing::TestParamInfo<Combination>& info) {
-  std::string name = info.param.codec + "_" + info.param.access + "_" + std::string(gpu::name_of(info.param.shading));
+  std::string name = info.param.codec + "_" + info.param.access + "_" +
+                     std::string(gpu::name_of(info.param.shading));
   for (char& c : name) c = c == '-' ? '_' : c;
   return name;
 }
@@ -27,7 +28,8 @@ std::vector<Combination> combinations() {
   std::vector<Combination> all;
   for (const std::string& codec : gpu_codecs()) {
     for (const gpu::CacheTraits& cache : gpu::all_caches()) {
-      for (const gpu::Shading shading : gpu::kShadings) all.push_back({codec, std::string(cache.id), shading});
+      for (const gpu::Shading shading : gpu::kShadings)
+        all.push_back({codec, std::string(cache.id), shading});
     }
   }
   return all;
@@ -63,8 +65,10 @@ TEST_P(Pictures, EqualTheReference) {
                                    .shading = shading,
                                    .width = kWidth,
                                    .height = kHeight};
-  if (const std::string reason = cache.refuses(volume_encoded.encoding, device().limits()); !reason.empty()) {
-    const auto renderer = gpu::Renderer::make(device(), volume_encoded.encoding, volume().info(), options);
+  if (const std::string reason = cache.refuses(volume_encoded.encoding, device().limits());
+      !reason.empty()) {
+    const auto renderer =
+        gpu::Renderer::make(device(), volume_encoded.encoding, volume().info(), options);
     ASSERT_FALSE(renderer);
     EXPECT_EQ(renderer.error().code, volumes::ErrorCode::kUnsupported);
     EXPECT_NE(renderer.error().message.find(reason), std::string::npos);
@@ -94,12 +98,15 @@ TEST(PicturesOfManyVoxels, OfEachKindEqualTheReference) {
     for (const double distance : {0.3, 0.9, 6.0}) {
       for (const std::string access : {"none", "voxel-es", "brick"}) {
         const gpu::Camera camera = corner_view(distance);
-        const gpu::Image image = draw(*encoded, volume.info(), scene, camera,
-                                      {.access = access, .shading = scene.shading, .width = 160, .height = 90});
+        const gpu::Image image =
+            draw(*encoded, volume.info(), scene, camera,
+                 {.access = access, .shading = scene.shading, .width = 160, .height = 90});
         const gpu::Image truth = reference.render(scene, camera);
         const gpu::LabelCheck labels = gpu::check_labels(reference, scene, camera, truth, image);
-        EXPECT_EQ(labels.differing, labels.near_ties) << kind << " " << access << " at " << distance;
-        EXPECT_LT(gpu::compare(truth, image).mse, 1e-4)  // a shadow's edge may fall on a pixel's ray
+        EXPECT_EQ(labels.differing, labels.near_ties)
+            << kind << " " << access << " at " << distance;
+        EXPECT_LT(gpu::compare(truth, image).mse,
+                  1e-4)  // a shadow's edge may fall on a pixel's ray
             << kind << " " << access << " at " << distance;
       }
     }
@@ -119,7 +126,8 @@ TEST(PicturesOfManyVoxels, BricksOf64AreDecodedInParts) {
     for (const std::string access : {"none", "brick", "brick-coop"}) {
       if (!gpu::find_cache(access)->refuses(encoded->encoding, device().limits()).empty()) continue;
       const gpu::Image image =
-          draw(*encoded, volume.info(), scene, camera, {.access = access, .width = scene.width, .height = scene.height});
+          draw(*encoded, volume.info(), scene, camera,
+               {.access = access, .width = scene.width, .height = scene.height});
       EXPECT_EQ(gpu::compare(truth, image).labels, 0u) << codec << " " << access;
     }
   }

@@ -130,8 +130,8 @@ const Volume& ordinary(VoxelType type) {
   if (!made.contains(type)) {
     const auto source = volumes::make_generator("cells", kExtent, 1, {}, 2);
     const Volume cells = volumes::read_all(*source);
-    made.emplace(
-        type, samples::make_labels(info_of(type), [&](const Coordinate& c) { return cells.label(c); }));
+    made.emplace(type, samples::make_labels(info_of(type),
+                                            [&](const Coordinate& c) { return cells.label(c); }));
   }
   return made.at(type);
 }

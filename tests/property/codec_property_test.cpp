@@ -1,4 +1,5 @@
-// What holds for any volume of labels (of scalars, where a codec is lossy), any codec of the registry and any of its parameters.
+// What holds for any volume of labels (of scalars, where a codec is lossy), any codec of the
+// registry and any of its parameters.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -19,7 +20,9 @@ using volumes::Coordinate;
 using volumes::Volume;
 
 std::string arbitrary_value(const ParameterSpec& spec) {
-  const auto number = [&] { return *rc::gen::inRange<std::int64_t>(spec.minimum, spec.maximum + 1); };
+  const auto number = [&] {
+    return *rc::gen::inRange<std::int64_t>(spec.minimum, spec.maximum + 1);
+  };
   if (spec.type == ParameterType::kText) return std::string(*rc::gen::elementOf(spec.names));
   if (spec.type == ParameterType::kInteger) {
     return std::to_string(spec.choices.empty() ? number() : *rc::gen::elementOf(spec.choices));
@@ -69,7 +72,8 @@ TEST_P(CodecProperty, EveryLevelAndEveryVoxelOfEveryVolume) {
     const auto threads = *rc::gen::inRange(1u, 4u);
     const auto encoded = codecs::encode(codec, volumes::MemorySource(volume), parameters, threads);
     if (!encoded) {  // random parameters may not go together; the defaults always do
-      RC_ASSERT(encoded.error().code != codecs::ErrorCode::kMalformed && !parameters.values().empty());
+      RC_ASSERT(encoded.error().code != codecs::ErrorCode::kMalformed &&
+                !parameters.values().empty());
       RC_DISCARD("refused");
     }
     RC_ASSERT(encoded->breakdown.total() == encoded->bytes.size());
@@ -95,13 +99,15 @@ class LossyCodecProperty : public testing::TestWithParam<const Codec*> {};
 TEST_P(LossyCodecProperty, RecordedErrorIsThatOfEveryVolume) {
   const Codec& codec = *GetParam();
   const auto property = [&] {
-    const Volume volume = arbitrary_scalars(*rc::gen::elementOf(codec.traits().types),
-                                            arbitrary_extent(*rc::gen::element<std::uint64_t>(3, 9, 17)));
+    const Volume volume =
+        arbitrary_scalars(*rc::gen::elementOf(codec.traits().types),
+                          arbitrary_extent(*rc::gen::element<std::uint64_t>(3, 9, 17)));
     const Parameters parameters = arbitrary_parameters(codec);
     const auto threads = *rc::gen::inRange(1u, 4u);
     const auto encoded = codecs::encode(codec, volumes::MemorySource(volume), parameters, threads);
     if (!encoded) {
-      RC_ASSERT(encoded.error().code != codecs::ErrorCode::kMalformed && !parameters.values().empty());
+      RC_ASSERT(encoded.error().code != codecs::ErrorCode::kMalformed &&
+                !parameters.values().empty());
       RC_DISCARD("refused");
     }
     RC_ASSERT(encoded->breakdown.total() == encoded->bytes.size());
@@ -128,10 +134,14 @@ std::vector<const Codec*> codecs_that_are(bool lossless) {
   return chosen;
 }
 
-std::string name_of_case(const testing::TestParamInfo<const Codec*>& info) { return samples::test_name(*info.param, {}); }
+std::string name_of_case(const testing::TestParamInfo<const Codec*>& info) {
+  return samples::test_name(*info.param, {});
+}
 
-INSTANTIATE_TEST_SUITE_P(Registry, CodecProperty, testing::ValuesIn(codecs_that_are(true)), name_of_case);
-INSTANTIATE_TEST_SUITE_P(Registry, LossyCodecProperty, testing::ValuesIn(codecs_that_are(false)), name_of_case);
+INSTANTIATE_TEST_SUITE_P(Registry, CodecProperty, testing::ValuesIn(codecs_that_are(true)),
+                         name_of_case);
+INSTANTIATE_TEST_SUITE_P(Registry, LossyCodecProperty, testing::ValuesIn(codecs_that_are(false)),
+                         name_of_case);
 
 }  // namespace
 }  // namespace cvr::property

@@ -1,5 +1,5 @@
-// The same random volumes in every run, so that a failure can be seen again; RC_PARAMS in the environment
-// overrides the seed.
+// The same random volumes in every run, so that a failure can be seen again; RC_PARAMS in the
+// environment overrides the seed.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -18,8 +18,8 @@ using codecs::entropy::RansDecoder;
 using codecs::entropy::RansTable;
 using codecs::succinct::BitAppender;
 
-/// Bits of any density; lengths around the blocks of the flat rank (64, 256, 1280) are as likely as any
-/// other.
+/// Bits of any density; lengths around the blocks of the flat rank (64, 256, 1280) are as likely as
+/// any other.
 std::vector<bool> arbitrary_bits() {
   const auto blocks = *rc::gen::element<std::uint64_t>(64, 256, 1280, 2560);
   const auto size = *rc::gen::oneOf(
@@ -130,7 +130,8 @@ RC_GTEST_PROP(Morton, EncodeAndGatherAreInverse, ()) {
   const std::uint32_t x = coordinate(), y = coordinate(), z = coordinate();
   const std::uint32_t code = shaders::cvr_morton_encode(x, y, z);
   for (unsigned bit = 0; bit < 10; ++bit) {
-    RC_ASSERT((code >> (3 * bit) & 7) == ((x >> bit & 1) | (y >> bit & 1) << 1 | (z >> bit & 1) << 2));
+    RC_ASSERT((code >> (3 * bit) & 7) ==
+              ((x >> bit & 1) | (y >> bit & 1) << 1 | (z >> bit & 1) << 2));
   }
   RC_ASSERT(shaders::cvr_morton_gather(code) == x);
   RC_ASSERT(shaders::cvr_morton_gather(code >> 1) == y);
@@ -154,7 +155,8 @@ struct RansCase {
   std::uint32_t possible = 0;
 };
 
-/// Symbols of a skewed distribution, and counts that need not be theirs: tables come from sampled bricks.
+/// Symbols of a skewed distribution, and counts that need not be theirs: tables come from sampled
+/// bricks.
 RansCase arbitrary_symbols() {
   RansCase c;
   c.possible = *rc::gen::inRange<std::uint32_t>(1, 0x10000);
@@ -170,7 +172,8 @@ RansCase arbitrary_symbols() {
     c.symbols.push_back(alphabet[r % skew == 0 ? r / skew % alphabet.size() : 0]);
   }
   const auto counting = *rc::gen::inRange(0, 3);
-  for (unsigned s = 0; s < 16; ++s) c.counts[s] = counting == 1 ? samples::random_at(seed + 1, s) >> 14 : 0;
+  for (unsigned s = 0; s < 16; ++s)
+    c.counts[s] = counting == 1 ? samples::random_at(seed + 1, s) >> 14 : 0;
   if (counting == 2) {
     for (const std::uint8_t s : c.symbols) ++c.counts[s];
   }

@@ -1,5 +1,6 @@
-// The voxel cache's table as a single invocation meets it: what shaders/caches/cuckoo_table.glsl does on the device, written again over
-// the hash functions of shaders/shared/cuckoo.glsl; and cells that meet in it on purpose.
+// The voxel cache's table as a single invocation meets it: what shaders/caches/cuckoo_table.glsl
+// does on the device, written again over the hash functions of shaders/shared/cuckoo.glsl; and
+// cells that meet in it on purpose.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +29,11 @@ class CuckooTable {
   std::optional<std::uint32_t> find(const CuckooCell& cell) const;
   void insert(const CuckooCell& cell, std::uint32_t code);
 
-  std::uint64_t ejections() const { return ejections_; }  ///< entries that moved to their second position
-  std::uint64_t losses() const { return losses_; }        ///< entries that were overwritten
-  std::uint64_t occupied() const;                         ///< entries that hold a cell
+  std::uint64_t ejections() const {
+    return ejections_;
+  }                                                 ///< entries that moved to their second position
+  std::uint64_t losses() const { return losses_; }  ///< entries that were overwritten
+  std::uint64_t occupied() const;                   ///< entries that hold a cell
 
  private:
   struct Entry {
@@ -44,15 +47,19 @@ class CuckooTable {
   std::uint64_t ejections_ = 0, losses_ = 0;
 };
 
-/// Two cells that a table cannot tell apart, and the least size from `least_size` on at which they are so: one key, one first position.
+/// Two cells that a table cannot tell apart, and the least size from `least_size` on at which they
+/// are so: one key, one first position.
 struct KeyCollision {
   CuckooCell a, b;
   std::uint32_t size;
 };
-/// Among `cells`, which have different voxels or levels; nothing if there is none below twice the size.
-std::optional<KeyCollision> find_key_collision(const std::vector<CuckooCell>& cells, std::uint32_t least_size);
+/// Among `cells`, which have different voxels or levels; nothing if there is none below twice the
+/// size.
+std::optional<KeyCollision> find_key_collision(const std::vector<CuckooCell>& cells,
+                                               std::uint32_t least_size);
 
-/// Cells that push each other about: `a`, `b` and `c` have one first position and different keys, `d` has its first where `a` has its second.
+/// Cells that push each other about: `a`, `b` and `c` have one first position and different keys,
+/// `d` has its first where `a` has its second.
 struct Eviction {
   CuckooCell a, b, c, d;
 };

@@ -1,9 +1,9 @@
-// Sample volumes: small ones that have broken codecs before, or would. Every test that walks the registry walks
-// them too.
+// Sample volumes: small ones that have broken codecs before, or would. Every test that walks the
+// registry walks them too.
 //
-// Sides differ on all axes (so that exchanged axes show), no volume is drawn from the clock or from std::
-// distributions (so that every machine sees the same voxels), and each has a name that can stand in a test's
-// name.
+// Sides differ on all axes (so that exchanged axes show), no volume is drawn from the clock or from
+// std:: distributions (so that every machine sees the same voxels), and each has a name that can
+// stand in a test's name.
 #pragma once
 
 #include <cstdint>
@@ -37,11 +37,12 @@ std::uint64_t bits_at(const volumes::Volume& volume, const volumes::Coordinate& 
 /// The error of a decoded scalar volume, by its definition.
 codecs::RecordedError error_of(const volumes::Volume& original, const volumes::Volume& decoded);
 /// Whether a decoded volume keeps what its encoder recorded, to 1e-6 of the values.
-bool keeps(const codecs::RecordedError& recorded, const volumes::Volume& original, const volumes::Volume& decoded);
+bool keeps(const codecs::RecordedError& recorded, const volumes::Volume& original,
+           const volumes::Volume& decoded);
 
-/// Parameters that are worth a test of their own: the defaults; for every parameter alone each choice, or its
-/// least, its largest and one inner value; all at their least and all at their largest. Deterministic, no two
-/// alike.
+/// Parameters that are worth a test of their own: the defaults; for every parameter alone each
+/// choice, or its least, its largest and one inner value; all at their least and all at their
+/// largest. Deterministic, no two alike.
 std::vector<codecs::Parameters> parameter_corners(const codecs::Codec& codec);
 /// "csgv_nibble_brick_32_delta_0": a codec and its parameters as part of a test's name.
 std::string test_name(const codecs::Codec& codec, const codecs::Parameters& parameters);
@@ -55,14 +56,16 @@ volumes::Volume make_labels(const volumes::VolumeInfo& info,
 
 /// Cells around `seeds` random points, labels 1..seeds: the shape of segmented data.
 std::function<std::uint64_t(const volumes::Coordinate&)> voronoi(const volumes::Extent& extent,
-                                                                 unsigned seeds, std::uint64_t seed);
+                                                                 unsigned seeds,
+                                                                 std::uint64_t seed);
 
-/// The label pyramid by its definition: per level and 2x2x2 block the most frequent label, on a tie the first
-/// in the order x fastest, y, z. What lies outside the volume has no vote. `volume` is level 0 of the
-/// result's level `lod`.
+/// The label pyramid by its definition: per level and 2x2x2 block the most frequent label, on a tie
+/// the first in the order x fastest, y, z. What lies outside the volume has no vote. `volume` is
+/// level 0 of the result's level `lod`.
 volumes::Volume label_pyramid(const volumes::Volume& volume, unsigned lod);
 
-/// A source that owns no voxels in one piece: every read is copied from `volume`, data() is nullptr.
+/// A source that owns no voxels in one piece: every read is copied from `volume`, data() is
+/// nullptr.
 class StreamedSource final : public volumes::VolumeSource {
  public:
   explicit StreamedSource(const volumes::Volume& volume) : memory_(volume) {}

@@ -22,7 +22,9 @@ uvec3 operator/(const uvec3& v, uint n) { return {v.x / n, v.y / n, v.z / n}; }
 uvec3 operator*(const uvec3& v, uint n) { return {v.x * n, v.y * n, v.z * n}; }
 uvec3 operator-(const uvec3& a, const uvec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 uvec3 operator+(const uvec3& v, uint n) { return {v.x + n, v.y + n, v.z + n}; }
-uvec3 min(const uvec3& a, const uvec3& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+uvec3 min(const uvec3& a, const uvec3& b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
 
 /// What a kernel's constants and bindings say.
 struct Bindings {
@@ -135,28 +137,34 @@ struct Entry {
 
 #define CVR_ENTRY(name, cell, brick) \
   Entry { name::cvr_decode_root, name::cvr_decode_visible, cell, brick }
-#define CVR_CELL_ENTRY(name, brick)                                                                              \
-  CVR_ENTRY(                                                                                                     \
-      name,                                                                                                      \
-      [](uvec3 cell, uint lod) {                                                                                 \
-        return name::cvr_decode_cell(name::cvr_open_cells(cell >> (CVR_BRICK_SHIFT - lod), lod), cell, lod);     \
-      },                                                                                                         \
+#define CVR_CELL_ENTRY(name, brick)                                                              \
+  CVR_ENTRY(                                                                                     \
+      name,                                                                                      \
+      [](uvec3 cell, uint lod) {                                                                 \
+        return name::cvr_decode_cell(name::cvr_open_cells(cell >> (CVR_BRICK_SHIFT - lod), lod), \
+                                     cell, lod);                                                 \
+      },                                                                                         \
       brick)
 
 Entry entry_of(const Bindings& b) {
   const std::string_view name = b.encoding->decoder;
   if (name == "raw") {
     switch (b.constant("CVR_RAW_BITS")) {
-      case 8: return CVR_CELL_ENTRY(raw_8, nullptr);
-      case 16: return CVR_CELL_ENTRY(raw_16, nullptr);
-      case 32: return CVR_CELL_ENTRY(raw_32, nullptr);
-      default: return CVR_CELL_ENTRY(raw_64, nullptr);
+      case 8:
+        return CVR_CELL_ENTRY(raw_8, nullptr);
+      case 16:
+        return CVR_CELL_ENTRY(raw_16, nullptr);
+      case 32:
+        return CVR_CELL_ENTRY(raw_32, nullptr);
+      default:
+        return CVR_CELL_ENTRY(raw_64, nullptr);
     }
   }
   if (name == "neuroglancer") return CVR_CELL_ENTRY(neuroglancer, nullptr);
   if (name == "csgv") {
-    return b.constant("CVR_CSGV_RANS") != 0 ? CVR_ENTRY(csgv_rans, nullptr, csgv_rans::cvr_decode_brick)
-                                            : CVR_ENTRY(csgv_nibble, nullptr, csgv_nibble::cvr_decode_brick);
+    return b.constant("CVR_CSGV_RANS") != 0
+               ? CVR_ENTRY(csgv_rans, nullptr, csgv_rans::cvr_decode_brick)
+               : CVR_ENTRY(csgv_nibble, nullptr, csgv_nibble::cvr_decode_brick);
   }
   if (name == "csgv_ctx") return CVR_ENTRY(csgv_ctx, nullptr, csgv_ctx::cvr_decode_brick);
   if (name == "csgvr") return CVR_CELL_ENTRY(csgvr, csgvr::cvr_decode_brick);
@@ -176,20 +184,25 @@ namespace {
 using shaders::uvec3;
 
 uvec3 narrow(std::uint64_t x, std::uint64_t y, std::uint64_t z) {
-  return {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z)};
+  return {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+          static_cast<std::uint32_t>(z)};
 }
 uvec3 narrow(const volumes::Coordinate& c) { return narrow(c.x, c.y, c.z); }
 
-shaders::Entry bind(const codecs::GpuEncoding& encoding, const std::vector<std::vector<std::uint32_t>>& buffers,
+shaders::Entry bind(const codecs::GpuEncoding& encoding,
+                    const std::vector<std::vector<std::uint32_t>>& buffers,
                     const volumes::Extent& extent, const volumes::Extent& grid) {
-  shaders::bound = {&buffers, &encoding, narrow(extent.x, extent.y, extent.z), narrow(grid.x, grid.y, grid.z), nullptr};
+  shaders::bound = {&buffers, &encoding, narrow(extent.x, extent.y, extent.z),
+                    narrow(grid.x, grid.y, grid.z), nullptr};
   return shaders::entry_of(shaders::bound);
 }
 
 }  // namespace
 
 DecodeText::DecodeText(const codecs::GpuEncoding& encoding, const volumes::VolumeInfo& info)
-    : encoding_(encoding), extent_(info.extent), grid_(volumes::ceil_div(info.extent, encoding.brick)),
+    : encoding_(encoding),
+      extent_(info.extent),
+      grid_(volumes::ceil_div(info.extent, encoding.brick)),
       remap_(encoding.remap.begin(), encoding.remap.end()) {
   for (const codecs::GpuBuffer& buffer : encoding.buffers) {
     if (buffer.bytes.size() % 4 != 0) throw std::logic_error("a buffer is not made of whole words");
@@ -205,7 +218,8 @@ std::uint32_t DecodeText::root(const volumes::Coordinate& brick) const {
   return bind(encoding_, buffers_, extent_, grid_).root(narrow(brick));
 }
 
-bool DecodeText::visible(const volumes::Coordinate& brick, const std::function<bool(std::uint32_t)>& shown) const {
+bool DecodeText::visible(const volumes::Coordinate& brick,
+                         const std::function<bool(std::uint32_t)>& shown) const {
   const shaders::Entry entry = bind(encoding_, buffers_, extent_, grid_);
   shaders::bound.shown = &shown;
   for (std::uint32_t part = 0; part < encoding_.brick; ++part) {

@@ -17,15 +17,16 @@ enum class Content {
   kDistinct,      ///< every voxel its own label, as far as the type has labels
   kCells,         ///< boxes of irregular size with labels far apart
   kNoise,         ///< random labels out of few, single voxels
-  kExtremes,      ///< 0, 1, 2^31, 2^32-1, 2^32, 2^63, 2^64-1 (cut to the type) in runs of changing length
+  kExtremes,  ///< 0, 1, 2^31, 2^32-1, 2^32, 2^63, 2^64-1 (cut to the type) in runs of changing length
 };
-inline constexpr Content kContents[] = {Content::kZero,     Content::kLargest, Content::kCheckerboard,
-                                        Content::kDistinct, Content::kCells,   Content::kNoise,
-                                        Content::kExtremes};
+inline constexpr Content kContents[] = {
+    Content::kZero,  Content::kLargest, Content::kCheckerboard, Content::kDistinct,
+    Content::kCells, Content::kNoise,   Content::kExtremes};
 inline constexpr volumes::Extent kExtents[] = {{1, 1, 1}, {1, 9, 1},    {11, 1, 1},   {1, 1, 13},
                                                {5, 7, 9}, {65, 33, 17}, {16, 16, 16}, {3, 130, 2}};
-inline constexpr volumes::VoxelType kLabelTypes[] = {volumes::VoxelType::kU8, volumes::VoxelType::kU16,
-                                                     volumes::VoxelType::kU32, volumes::VoxelType::kU64};
+inline constexpr volumes::VoxelType kLabelTypes[] = {
+    volumes::VoxelType::kU8, volumes::VoxelType::kU16, volumes::VoxelType::kU32,
+    volumes::VoxelType::kU64};
 
 /// A well mixed 64-bit value for each input (splitmix64).
 inline std::uint64_t mix(std::uint64_t n) {
@@ -35,8 +36,8 @@ inline std::uint64_t mix(std::uint64_t n) {
   return n ^ (n >> 31);
 }
 
-inline std::uint64_t sample_label(Content content, std::uint64_t x, std::uint64_t y, std::uint64_t z,
-                                  std::uint64_t index) {
+inline std::uint64_t sample_label(Content content, std::uint64_t x, std::uint64_t y,
+                                  std::uint64_t z, std::uint64_t index) {
   static constexpr std::uint64_t kExtreme[] = {0,
                                                1,
                                                std::uint64_t{1} << 31,
@@ -83,8 +84,8 @@ inline volumes::Volume sample_volume(Content content, const volumes::Extent& ext
 }
 
 inline std::string describe(Content content, const volumes::VolumeInfo& info) {
-  return "content " + std::to_string(static_cast<int>(content)) + ", " + volumes::to_string(info.extent) +
-         " " + std::string(volumes::name_of(info.type));
+  return "content " + std::to_string(static_cast<int>(content)) + ", " +
+         volumes::to_string(info.extent) + " " + std::string(volumes::name_of(info.type));
 }
 
 }  // namespace cvr::test

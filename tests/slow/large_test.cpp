@@ -7,13 +7,15 @@
 namespace cvr::codecs::tvq {
 namespace {
 
-/// A series of steps of one layer of blocks, which come in two kinds: all 0 or all 200. Nothing is in memory.
+/// A series of steps of one layer of blocks, which come in two kinds: all 0 or all 200. Nothing is
+/// in memory.
 class ProceduralSource final : public volumes::VolumeSource {
  public:
   static constexpr Extent kExtent{4096, 4096, 132};
   static constexpr std::uint64_t kSteps = 33, kRun = 512;  // blocks of a kind come in runs along x
   static std::uint8_t value(const Coordinate& c) {
-    return samples::random_at(c.z / 4, c.x / kRun + 8 * (c.y / 4)) % 2 == 0 ? std::uint8_t{0} : std::uint8_t{200};
+    return samples::random_at(c.z / 4, c.x / kRun + 8 * (c.y / 4)) % 2 == 0 ? std::uint8_t{0}
+                                                                            : std::uint8_t{200};
   }
   const VolumeInfo& info() const override { return info_; }
   void read(const volumes::Box& box, std::byte* out) const override {
@@ -30,7 +32,11 @@ class ProceduralSource final : public volumes::VolumeSource {
   }
 
  private:
-  VolumeInfo info_{.extent = kExtent, .type = VoxelType::kU8, .kind = VolumeKind::kScalars, .voxel_unit = {}, .time_steps = kSteps};
+  VolumeInfo info_{.extent = kExtent,
+                   .type = VoxelType::kU8,
+                   .kind = VolumeKind::kScalars,
+                   .voxel_unit = {},
+                   .time_steps = kSteps};
 };
 
 /// Two code vectors are exact, so every voxel is known, those beyond 2^31 too.
@@ -38,7 +44,8 @@ TEST(Large, VoxelsBeyondTwoToThe31AreReached) {
   const ProceduralSource source;
   ASSERT_GT(source.info().extent.voxels(), std::uint64_t{1} << 31);
   const Codec& codec = *find_codec("vq");
-  const auto parameters = Parameters::parse(codec.parameters(), std::vector<std::string>{"books=shared", "bits=1"});
+  const auto parameters =
+      Parameters::parse(codec.parameters(), std::vector<std::string>{"books=shared", "bits=1"});
   const auto file = codecs::encode(codec, source, parameters.value(), 2);
   ASSERT_TRUE(file) << file.error().message;
   const OpenedFile opened = open_file(file->bytes.bytes()).value();
@@ -53,7 +60,8 @@ TEST(Large, VoxelsBeyondTwoToThe31AreReached) {
   std::vector<std::uint64_t> found(points.size());
   ASSERT_TRUE(decoder->voxel_access()->at(points, 0, found));
   for (std::size_t i = 0; i < points.size(); ++i)
-    EXPECT_EQ(found[i], ProceduralSource::value(points[i])) << points[i].x << ' ' << points[i].y << ' ' << points[i].z;
+    EXPECT_EQ(found[i], ProceduralSource::value(points[i]))
+        << points[i].x << ' ' << points[i].y << ' ' << points[i].z;
   EXPECT_GT(ProceduralSource::kExtent.index(points.back()), std::uint64_t{1} << 31);
 }
 

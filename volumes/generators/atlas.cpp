@@ -1,14 +1,16 @@
-// atlas: a brain of 203 regions of very different sizes in much background, symmetric about the middle x. A
-// stand-in for AZBA of the CSGV-R paper; 204 labels with the background 0.
+// atlas: a brain of 203 regions of very different sizes in much background, symmetric about the
+// middle x. A stand-in for AZBA of the CSGV-R paper; 204 labels with the background 0.
 //
-// Everything is defined in the space of the paper's volume, 470 x 1224 x 670, and sampled at the extent asked
-// for: an atlas keeps its regions at any size. The brain is the union of seven ellipsoids (olfactory bulb,
-// telencephalon, tectum, hypothalamus, cerebellum, hindbrain, spinal cord), given for one half and mirrored.
-// The tectum is layered by depth. Elsewhere a voxel belongs to the region s with the smallest |p - c_s| -
-// w_s, c_s its centre and w_s its heavy-tailed size; all p are warped by smooth noise, the same on both sides
-// but for a small part, and by a jitter from slice to slice, as outlines drawn by hand have it.
+// Everything is defined in the space of the paper's volume, 470 x 1224 x 670, and sampled at the
+// extent asked for: an atlas keeps its regions at any size. The brain is the union of seven
+// ellipsoids (olfactory bulb, telencephalon, tectum, hypothalamus, cerebellum, hindbrain, spinal
+// cord), given for one half and mirrored. The tectum is layered by depth. Elsewhere a voxel belongs
+// to the region s with the smallest |p - c_s| - w_s, c_s its centre and w_s its heavy-tailed size;
+// all p are warped by smooth noise, the same on both sides but for a small part, and by a jitter
+// from slice to slice, as outlines drawn by hand have it.
 //
-// |p - c| - w changes by at most the distance that p moves, so a tile needs to look at few regions: those
+// |p - c| - w changes by at most the distance that p moves, so a tile needs to look at few regions:
+// those
 // whose value at its middle exceeds the smallest by at most twice the tile's radius and warp.
 #include <algorithm>
 #include <array>
@@ -25,10 +27,12 @@ namespace cvr::volumes {
 namespace {
 
 constexpr std::array kParameters{
-    GeneratorParameter{"warp", 14, 0, 100,
-                       "amplitude of the smooth warp of the borders, in voxels of the paper's volume"},
+    GeneratorParameter{
+        "warp", 14, 0, 100,
+        "amplitude of the smooth warp of the borders, in voxels of the paper's volume"},
     GeneratorParameter{"roughness", 0.4, 0, 20, "amplitude of the fine warp, in the same voxels"},
-    GeneratorParameter{"jitter", 0.3, 0, 20, "shift of outlines from slice to slice, in the same voxels"},
+    GeneratorParameter{"jitter", 0.3, 0, 20,
+                       "shift of outlines from slice to slice, in the same voxels"},
     GeneratorParameter{"asymmetry", 0.1, 0, 1, "share of the warp that differs between the sides"},
     GeneratorParameter{"fill", 0.785, 0.2, 1.2, "size of the brain; 1: it fills the volume"},
 };
@@ -44,8 +48,9 @@ struct Lobe {
 };
 
 constexpr std::array kLobes{
-    Lobe{44, 130, 330, 40, 95, 62},   Lobe{62, 330, 300, 92, 175, 130},  Lobe{104, 610, 250, 118, 215, 150},
-    Lobe{58, 560, 480, 92, 230, 120}, Lobe{40, 845, 235, 140, 130, 135}, Lobe{46, 920, 400, 104, 230, 120},
+    Lobe{44, 130, 330, 40, 95, 62},     Lobe{62, 330, 300, 92, 175, 130},
+    Lobe{104, 610, 250, 118, 215, 150}, Lobe{58, 560, 480, 92, 230, 120},
+    Lobe{40, 845, 235, 140, 130, 135},  Lobe{46, 920, 400, 104, 230, 120},
     Lobe{20, 1120, 420, 62, 190, 80},
 };
 
@@ -62,7 +67,8 @@ float depth(const Lobe& lobe, float x, float y, float z) {
 
 std::uint32_t scaled(double paper, std::uint64_t extent, std::uint64_t paper_extent) {
   return static_cast<std::uint32_t>(std::max(
-      1.0, std::floor(paper * static_cast<double>(extent) / static_cast<double>(paper_extent) + 0.5)));
+      1.0,
+      std::floor(paper * static_cast<double>(extent) / static_cast<double>(paper_extent) + 0.5)));
 }
 
 class AtlasSource final : public TiledSource {
@@ -93,7 +99,8 @@ class AtlasSource final : public TiledSource {
   std::vector<Region> regions_;  ///< region i has the label i + 1
 };
 
-AtlasSource::AtlasSource(const GeneratorRequest& request) : TiledSource(request, VoxelType::kU8, kTile) {
+AtlasSource::AtlasSource(const GeneratorRequest& request)
+    : TiledSource(request, VoxelType::kU8, kTile) {
   const std::array<std::uint64_t, 3> extent{request.extent.x, request.extent.y, request.extent.z};
   const std::array<std::uint64_t, 3> paper{kPaper.x, kPaper.y, kPaper.z};
   const auto fill = static_cast<float>(request["fill"]);
@@ -102,19 +109,24 @@ AtlasSource::AtlasSource(const GeneratorRequest& request) : TiledSource(request,
     offset_[i] = 0.5F * static_cast<float>(paper[i]) * (1.0F - 1.0F / fill);
   }
   const auto spacing = [&](double x, double y, double z) {
-    return std::array<std::uint32_t, 3>{scaled(x, extent[0], paper[0]), scaled(y, extent[1], paper[1]),
+    return std::array<std::uint32_t, 3>{scaled(x, extent[0], paper[0]),
+                                        scaled(y, extent[1], paper[1]),
                                         scaled(z, extent[2], paper[2])};
   };
-  const auto warp = static_cast<float>(request["warp"]), asymmetry = static_cast<float>(request["asymmetry"]);
+  const auto warp = static_cast<float>(request["warp"]),
+             asymmetry = static_cast<float>(request["asymmetry"]);
   const auto roughness = static_cast<float>(request["roughness"]),
              jitter = static_cast<float>(request["jitter"]);
   RandomSequence random(hash(request.seed, 0xA71A5));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    warps_[axis].push_back({ValueNoise(random.next(), spacing(90, 90, 90)), warp * (1 - asymmetry), true});
-    warps_[axis].push_back({ValueNoise(random.next(), spacing(90, 90, 90)), warp * asymmetry, false});
+    warps_[axis].push_back(
+        {ValueNoise(random.next(), spacing(90, 90, 90)), warp * (1 - asymmetry), true});
+    warps_[axis].push_back(
+        {ValueNoise(random.next(), spacing(90, 90, 90)), warp * asymmetry, false});
     warps_[axis].push_back({ValueNoise(random.next(), spacing(28, 28, 28)), 0.25F * warp, true});
     warps_[axis].push_back({ValueNoise(random.next(), spacing(9, 9, 9)), roughness, false});
-    if (axis != 1) warps_[axis].push_back({ValueNoise(random.next(), spacing(40, 1, 40)), jitter, false});
+    if (axis != 1)
+      warps_[axis].push_back({ValueNoise(random.next(), spacing(40, 1, 40)), jitter, false});
   }
   float squares = 0;
   for (const auto& axis : warps_) {
@@ -130,7 +142,8 @@ AtlasSource::AtlasSource(const GeneratorRequest& request) : TiledSource(request,
 void AtlasSource::place_regions(const GeneratorRequest& request) {
   RandomSequence random(hash(request.seed, 0x4E6));
   while (regions_.size() < kRegions - kLayers) {
-    Region region{static_cast<float>(random.between(0, 235)), static_cast<float>(random.between(0, 1224)),
+    Region region{static_cast<float>(random.between(0, 235)),
+                  static_cast<float>(random.between(0, 1224)),
                   static_cast<float>(random.between(0, 670)), 0};
     const double u = random.unit();
     region.size = static_cast<float>(110 * u * u * u * u);
@@ -159,7 +172,8 @@ void AtlasSource::place_row(const Coordinate& start, std::size_t count, Row& row
     const float twice = 2.0F * static_cast<float>(start.x + i) + 1.0F - middle;
     row.x[i] = 0.5F * (twice < 0 ? -twice : twice) * step_[0];
   }
-  // Voxels left of the middle take the noise of their own x, those right of it that of their mirror image.
+  // Voxels left of the middle take the noise of their own x, those right of it that of their mirror
+  // image.
   const std::uint64_t half = width / 2;
   const std::size_t left = start.x < half ? std::min<std::size_t>(count, half - start.x) : 0;
   const auto y = static_cast<std::int64_t>(start.y), z = static_cast<std::int64_t>(start.z);
@@ -167,11 +181,13 @@ void AtlasSource::place_row(const Coordinate& start, std::size_t count, Row& row
     for (const Warp& warp : warps_[axis]) {
       if (warp.amplitude == 0) continue;
       if (!warp.mirrored) {
-        warp.noise.add_row(static_cast<std::int64_t>(start.x), count, y, z, warp.amplitude, rows[axis]);
+        warp.noise.add_row(static_cast<std::int64_t>(start.x), count, y, z, warp.amplitude,
+                           rows[axis]);
         continue;
       }
       if (left > 0)
-        warp.noise.add_row(static_cast<std::int64_t>(start.x), left, y, z, warp.amplitude, rows[axis]);
+        warp.noise.add_row(static_cast<std::int64_t>(start.x), left, y, z, warp.amplitude,
+                           rows[axis]);
       if (const std::size_t right = count - left; right > 0) {
         const auto mirror = static_cast<std::int64_t>(width - (start.x + count));
         std::fill_n(row.reversed.begin(), right, 0.0F);
@@ -189,8 +205,8 @@ std::vector<std::uint32_t> AtlasSource::regions_near(const Box& box) const {
   const float ex = 0.5F * static_cast<float>(box.size.x) * step_[0],
               ey = 0.5F * static_cast<float>(box.size.y) * step_[1],
               ez = 0.5F * static_cast<float>(box.size.z) * step_[2];
-  const float x =
-      middle(box.origin.x, box.size.x) * step_[0] - 0.5F * static_cast<float>(info().extent.x) * step_[0];
+  const float x = middle(box.origin.x, box.size.x) * step_[0] -
+                  0.5F * static_cast<float>(info().extent.x) * step_[0];
   const float px = x < 0 ? -x : x, py = offset_[1] + middle(box.origin.y, box.size.y) * step_[1],
               pz = offset_[2] + middle(box.origin.z, box.size.z) * step_[2];
   const float slack = 2 * (std::sqrt(ex * ex + ey * ey + ez * ez) + reach_) + 1;
@@ -242,7 +258,8 @@ void AtlasSource::fill(const Box& box, std::uint32_t* labels) const {
         if (deepest[i] == 0) {
           labels[i] = 0;
         } else if (in_tectum[i] != 0) {
-          const auto layer = static_cast<std::uint32_t>(deepest[i] * 1.6F * static_cast<float>(kLayers));
+          const auto layer =
+              static_cast<std::uint32_t>(deepest[i] * 1.6F * static_cast<float>(kLayers));
           labels[i] = kRegions - kLayers + 1 + std::min(layer, kLayers - 1);
         }
       }

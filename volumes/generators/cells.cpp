@@ -1,17 +1,25 @@
-// cells: a dense packing of rough, compact cells, as a Cellular Potts Model leaves them (Graner, Glazier:
-// Simulation of biological cell sorting using a two-dimensional extended Potts model, PRL 69, 1992). A
-// stand-in for CELLS of the CSGV-R paper.
+// cells: a dense packing of rough, compact cells, as a Cellular Potts Model leaves them (Graner,
+// Glazier: Simulation of biological cell sorting using a two-dimensional extended Potts model, PRL
+// 69, 1992). A stand-in for CELLS of the CSGV-R paper.
 //
-//  1. One cell a box of a jittered grid, so that volumes are even, as the volume constraint of the model makes them. A voxel
-//     belongs to the nearest of the centres whose reach (a box around the centre) contains it, after a warp by value noise at
+//  1. One cell a box of a jittered grid, so that volumes are even, as the volume constraint of the
+//     model makes them. A voxel
+//     belongs to the nearest of the centres whose reach (a box around the centre) contains it,
+//     after a warp by value noise at
 //     two scales.
-//  2. A few sweeps of Potts dynamics roughen and relax the borders: every voxel, at even odds, proposes to copy one of its six
-//     neighbours; with c of its 26 neighbours like the copy and o like the own label the copy is taken with
-//     probability min(1, heat^(o - c)), Metropolis' rule at temperature -1 / ln(heat). All voxels of a sweep
-//     are judged by the state before it: a sweep then reaches one voxel far, a box needs a halo of as many
-//     voxels as there are sweeps, and the result does not depend on any order. (The model itself updates one
+//  2. A few sweeps of Potts dynamics roughen and relax the borders: every voxel, at even odds,
+//     proposes to copy one of its six
+//     neighbours; with c of its 26 neighbours like the copy and o like the own label the copy is
+//     taken with
+//     probability min(1, heat^(o - c)), Metropolis' rule at temperature -1 / ln(heat). All voxels
+//     of a sweep
+//     are judged by the state before it: a sweep then reaches one voxel far, a box needs a halo of
+//     as many
+//     voxels as there are sweeps, and the result does not depend on any order. (The model itself
+//     updates one
 //     voxel at a time.)
-//  3. Ids are 1 .. number of cells, scattered over the volume by a permutation; a cell that lost all its voxels leaves a gap.
+//  3. Ids are 1 .. number of cells, scattered over the volume by a permutation; a cell that lost
+//     all its voxels leaves a gap.
 //
 // Beyond the volume there is nothing: 0 marks it and is never copied.
 #include <fmt/format.h>
@@ -33,11 +41,15 @@ namespace {
 
 constexpr std::array kParameters{
     GeneratorParameter{"volume", 937, 8, 1e6, "mean voxels of a cell"},
-    GeneratorParameter{"jitter", 0.7, 0, 1, "how far a centre strays in its grid box; 0 gives a lattice"},
+    GeneratorParameter{"jitter", 0.7, 0, 1,
+                       "how far a centre strays in its grid box; 0 gives a lattice"},
     GeneratorParameter{"warp", 1.6, 0, 8, "amplitude of the warp of the borders in voxels"},
-    GeneratorParameter{"sweeps", 3, 0, 32, "sweeps of Potts dynamics; also the halo of a box", true},
-    GeneratorParameter{"heat", 0.2, 0, 0.95, "probability of a change that costs one unlike neighbour"},
-    GeneratorParameter{"scatter", 1, 0, 1, "1: ids scattered over the volume, 0: in scan order", true},
+    GeneratorParameter{"sweeps", 3, 0, 32, "sweeps of Potts dynamics; also the halo of a box",
+                       true},
+    GeneratorParameter{"heat", 0.2, 0, 0.95,
+                       "probability of a change that costs one unlike neighbour"},
+    GeneratorParameter{"scatter", 1, 0, 1, "1: ids scattered over the volume, 0: in scan order",
+                       true},
 };
 
 constexpr Extent kTile{128, 64, 64};
@@ -55,17 +67,19 @@ struct Field {
   std::vector<std::uint32_t> labels;
 };
 
-/// The grid boxes along one axis: the width that comes closest to the wished one and divides the axis evenly.
+/// The grid boxes along one axis: the width that comes closest to the wished one and divides the
+/// axis evenly.
 struct Axis {
   Axis(std::uint64_t extent, double wished)
-      : boxes(
-            std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(extent) / wished + 0.5))),
+      : boxes(std::max<std::int64_t>(
+            1, static_cast<std::int64_t>(static_cast<double>(extent) / wished + 0.5))),
         width(static_cast<double>(extent) / static_cast<double>(boxes)) {}
   std::int64_t boxes;
   double width;
 };
 
-/// A cell before it is roughened: where it lies and which voxels it may claim, in voxels of the region.
+/// A cell before it is roughened: where it lies and which voxels it may claim, in voxels of the
+/// region.
 struct Centre {
   double z;
   float x, y;
@@ -79,19 +93,22 @@ struct Plane {
   std::vector<float> x, y, z, best;
 };
 
-/// The edge of a cube of the given volume, by Newton's method: libm's cbrt may differ between machines.
+/// The edge of a cube of the given volume, by Newton's method: libm's cbrt may differ between
+/// machines.
 double cube_root(double volume) {
   double edge = volume < 1 ? 1 : volume;
   for (int i = 0; i < 100; ++i) edge = (2 * edge + volume / (edge * edge)) / 3;
   return edge;
 }
 
-/// Adds to cost[i] the neighbours i - 1, i, i + 1 of one row that are like own[i] less those that are like
-/// copy[i].
+/// Adds to cost[i] the neighbours i - 1, i, i + 1 of one row that are like own[i] less those that
+/// are like copy[i].
 void count_row(const std::uint32_t* __restrict other, const std::uint32_t* __restrict own,
-               const std::uint32_t* __restrict copy, std::size_t count, std::int32_t* __restrict cost) {
+               const std::uint32_t* __restrict copy, std::size_t count,
+               std::int32_t* __restrict cost) {
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t a = other[static_cast<std::ptrdiff_t>(i) - 1], b = other[i], c = other[i + 1];
+    const std::uint32_t a = other[static_cast<std::ptrdiff_t>(i) - 1], b = other[i],
+                        c = other[i + 1];
     const auto like = [&](std::uint32_t label) {
       return static_cast<std::int32_t>(a == label) + static_cast<std::int32_t>(b == label) +
              static_cast<std::int32_t>(c == label);
@@ -114,8 +131,8 @@ class CellsSource final : public TiledSource {
         scatter_(request["scatter"] != 0),
         permutation_(cells(), mix64(seed_)) {
     if (cells() > std::numeric_limits<std::uint32_t>::max()) {
-      throw InputError(
-          fmt::format("generator cells: volume: expected fewer than 2^32 cells, found {}", cells()));
+      throw InputError(fmt::format(
+          "generator cells: volume: expected fewer than 2^32 cells, found {}", cells()));
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       reach_[axis] = axes_[axis].width + 1.5 * warp_;
@@ -139,8 +156,8 @@ class CellsSource final : public TiledSource {
   }
   std::vector<Centre> centres_near(const Box& region) const;
   void warp_plane(const Box& region, std::uint64_t z, Plane& plane) const;
-  void assign_plane(const Box& region, std::uint64_t z, const std::vector<Centre>& centres, Plane& plane,
-                    Field& field) const;
+  void assign_plane(const Box& region, std::uint64_t z, const std::vector<Centre>& centres,
+                    Plane& plane, Field& field) const;
   void sweep(const Box& region, std::uint64_t number, const Field& before, Field& after) const;
 
   std::uint64_t seed_;
@@ -151,20 +168,21 @@ class CellsSource final : public TiledSource {
   bool scatter_;
   Permutation permutation_;
   std::vector<ValueNoise> coarse_, fine_;
-  std::array<std::uint32_t, kStates - 1> thresholds_;  ///< of 2^16: cost d is paid below thresholds_[d - 1]
+  std::array<std::uint32_t, kStates - 1>
+      thresholds_;  ///< of 2^16: cost d is paid below thresholds_[d - 1]
 };
 
-/// The centres that reach the region, in ascending order of their grid boxes: of two at the same distance the
-/// first wins. A centre reaches one box width and the warp far, so that every voxel lies within reach of the
-/// centre of its own box.
+/// The centres that reach the region, in ascending order of their grid boxes: of two at the same
+/// distance the first wins. A centre reaches one box width and the warp far, so that every voxel
+/// lies within reach of the centre of its own box.
 std::vector<Centre> CellsSource::centres_near(const Box& region) const {
   const std::array<std::uint64_t, 3> origin{region.origin.x, region.origin.y, region.origin.z};
   const std::array<std::uint64_t, 3> size{region.size.x, region.size.y, region.size.z};
   std::array<std::int64_t, 3> first, last;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto box = [&](double position) {
-      return std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(position / axes_[i].width)), 0,
-                                      axes_[i].boxes - 1);
+      return std::clamp<std::int64_t>(
+          static_cast<std::int64_t>(std::floor(position / axes_[i].width)), 0, axes_[i].boxes - 1);
     };
     first[i] = box(static_cast<double>(origin[i]) - reach_[i]);
     last[i] = box(static_cast<double>(origin[i] + size[i]) + reach_[i]);
@@ -172,7 +190,8 @@ std::vector<Centre> CellsSource::centres_near(const Box& region) const {
   const auto claim = [&](std::size_t axis, double centre, std::uint64_t& from, std::uint64_t& to) {
     const auto o = static_cast<double>(origin[axis]), end = static_cast<double>(size[axis]);
     from = static_cast<std::uint64_t>(std::clamp(std::ceil(centre - reach_[axis]) - o, 0.0, end));
-    to = static_cast<std::uint64_t>(std::clamp(std::floor(centre + reach_[axis]) - o + 1, 0.0, end));
+    to =
+        static_cast<std::uint64_t>(std::clamp(std::floor(centre + reach_[axis]) - o + 1, 0.0, end));
   };
   std::vector<Centre> centres;
   for (std::int64_t bz = first[2]; bz <= last[2]; ++bz) {
@@ -180,7 +199,9 @@ std::vector<Centre> CellsSource::centres_near(const Box& region) const {
       for (std::int64_t bx = first[0]; bx <= last[0]; ++bx) {
         RandomSequence random(hash(seed_, bx, by, bz));
         const auto place = [&](std::size_t axis, std::int64_t box) {
-          return (static_cast<double>(box) + 0.5 + jitter_ * (random.unit() - 0.5)) * axes_[axis].width - 0.5;
+          return (static_cast<double>(box) + 0.5 + jitter_ * (random.unit() - 0.5)) *
+                     axes_[axis].width -
+                 0.5;
         };
         const double x = place(0, bx), y = place(1, by), z = place(2, bz);
         const std::int64_t index = bx + axes_[0].boxes * (by + axes_[1].boxes * bz);
@@ -215,15 +236,18 @@ void CellsSource::warp_plane(const Box& region, std::uint64_t z, Plane& plane) c
     std::fill_n(rows[2], width, static_cast<float>(absolute_z));
     if (warp_ == 0) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      coarse_[axis].add_row(x0, width, absolute_y, absolute_z, static_cast<float>(warp_), rows[axis]);
-      fine_[axis].add_row(x0, width, absolute_y, absolute_z, static_cast<float>(0.5 * warp_), rows[axis]);
+      coarse_[axis].add_row(x0, width, absolute_y, absolute_z, static_cast<float>(warp_),
+                            rows[axis]);
+      fine_[axis].add_row(x0, width, absolute_y, absolute_z, static_cast<float>(0.5 * warp_),
+                          rows[axis]);
     }
   }
 }
 
 /// Gives the voxels of one plane of the region to their centres.
-void CellsSource::assign_plane(const Box& region, std::uint64_t z, const std::vector<Centre>& centres,
-                               Plane& plane, Field& field) const {
+void CellsSource::assign_plane(const Box& region, std::uint64_t z,
+                               const std::vector<Centre>& centres, Plane& plane,
+                               Field& field) const {
   warp_plane(region, z, plane);
   std::fill(plane.best.begin(), plane.best.end(), std::numeric_limits<float>::max());
   const auto absolute_z = static_cast<double>(region.origin.z + z);
@@ -249,8 +273,10 @@ void CellsSource::assign_plane(const Box& region, std::uint64_t z, const std::ve
   }
 }
 
-void CellsSource::sweep(const Box& region, std::uint64_t number, const Field& before, Field& after) const {
-  const auto row = static_cast<std::ptrdiff_t>(before.row), plane = static_cast<std::ptrdiff_t>(before.plane);
+void CellsSource::sweep(const Box& region, std::uint64_t number, const Field& before,
+                        Field& after) const {
+  const auto row = static_cast<std::ptrdiff_t>(before.row),
+             plane = static_cast<std::ptrdiff_t>(before.plane);
   const std::array<std::int32_t, 8> proposals{1,
                                               -1,
                                               static_cast<std::int32_t>(row),
@@ -266,21 +292,22 @@ void CellsSource::sweep(const Box& region, std::uint64_t number, const Field& be
     for (std::uint64_t y = 0; y < region.size.y; ++y) {
       const std::uint32_t* own = before.labels.data() + before.at(0, y, z);
       std::uint32_t* out = after.labels.data() + after.at(0, y, z);
-      const auto base = static_cast<std::uint32_t>(hash(seed_, static_cast<std::int64_t>(region.origin.y + y),
-                                                        static_cast<std::int64_t>(region.origin.z + z),
-                                                        static_cast<std::int64_t>(number)));
+      const auto base = static_cast<std::uint32_t>(
+          hash(seed_, static_cast<std::int64_t>(region.origin.y + y),
+               static_cast<std::int64_t>(region.origin.z + z), static_cast<std::int64_t>(number)));
       const auto x0 = static_cast<std::uint32_t>(region.origin.x);
-      for (std::uint32_t i = 0; i < region.size.x; ++i) random[i] = mix32(base + (x0 + i) * 0x9E3779B9u);
-      // The proposal takes three bits; 6 and 7 propose the own label, which with the odd bit above makes 3/8
-      // of all voxels act.
+      for (std::uint32_t i = 0; i < region.size.x; ++i)
+        random[i] = mix32(base + (x0 + i) * 0x9E3779B9u);
+      // The proposal takes three bits; 6 and 7 propose the own label, which with the odd bit above
+      // makes 3/8 of all voxels act.
       for (std::uint32_t i = 0; i < region.size.x; ++i) {
         const std::int32_t step = proposals[random[i] & 7u];
         const std::uint32_t copy =
             (random[i] & 8u) != 0 ? own[static_cast<std::ptrdiff_t>(i) + step] : own[i];
         proposed[i] = copy == 0 ? own[i] : copy;
       }
-      // Own and copy each meet all 27 voxels; the middle one counts for the own label only, which is undone
-      // at the start.
+      // Own and copy each meet all 27 voxels; the middle one counts for the own label only, which
+      // is undone at the start.
       for (std::uint32_t i = 0; i < region.size.x; ++i)
         cost[i] = static_cast<std::int32_t>(proposed[i] == own[i]) - 1;
       for (std::ptrdiff_t dz = -1; dz <= 1; ++dz) {
@@ -299,8 +326,8 @@ void CellsSource::sweep(const Box& region, std::uint64_t number, const Field& be
 }
 
 void CellsSource::fill(const Box& box, std::uint32_t* labels) const {
-  const auto widen = [&](std::uint64_t origin, std::uint64_t size, std::uint64_t extent, std::uint64_t& from,
-                         std::uint64_t& count) {
+  const auto widen = [&](std::uint64_t origin, std::uint64_t size, std::uint64_t extent,
+                         std::uint64_t& from, std::uint64_t& count) {
     from = origin - std::min(origin, sweeps_);
     count = std::min(origin + size + sweeps_, extent) - from;
   };
@@ -319,7 +346,8 @@ void CellsSource::fill(const Box& box, std::uint32_t* labels) const {
   for (std::uint64_t z = 0; z < box.size.z; ++z) {
     for (std::uint64_t y = 0; y < box.size.y; ++y, labels += box.size.x) {
       const std::uint32_t* from =
-          field.labels.data() + field.at(box.origin.x - region.origin.x, box.origin.y - region.origin.y + y,
+          field.labels.data() + field.at(box.origin.x - region.origin.x,
+                                         box.origin.y - region.origin.y + y,
                                          box.origin.z - region.origin.z + z);
       std::copy(from, from + box.size.x, labels);
     }

@@ -1,16 +1,17 @@
-// fibers: straight capped glass fibres in a matrix (background 0), one label each. A stand-in for FIBER of
-// the CSGV-R paper.
+// fibers: straight capped glass fibres in a matrix (background 0), one label each. A stand-in for
+// FIBER of the CSGV-R paper.
 //
-// Fibres are cylinders of one radius (with a spread) and heavy-tailed length, placed one after the other at
-// random in the volume and a margin around it; a place that touches an earlier fibre is given up for another
-// one, a given number of times, and then taken, the earlier fibre staying in front. Directions follow an
-// injection-moulded part: along the flow (z) in the shells, across it (x) in the core layer around the middle
-// y, little out of plane. Fibres that meet the volume are numbered 1 .. n and the numbers scattered. The
-// segmentation's unsharp border is imitated by a noise on the radius, per voxel.
+// Fibres are cylinders of one radius (with a spread) and heavy-tailed length, placed one after the
+// other at random in the volume and a margin around it; a place that touches an earlier fibre is
+// given up for another one, a given number of times, and then taken, the earlier fibre staying in
+// front. Directions follow an injection-moulded part: along the flow (z) in the shells, across it
+// (x) in the core layer around the middle y, little out of plane. Fibres that meet the volume are
+// numbered 1 .. n and the numbers scattered. The segmentation's unsharp border is imitated by a
+// noise on the radius, per voxel.
 //
-// The list of all fibres (tens of bytes each, 1/100,000 of the volume) is made at the start; boxes are then
-// drawn from the fibres of each 64^3 tile. Voxels are u16 as in FIBER, u32 where more than 65,535 fibres are
-// needed.
+// The list of all fibres (tens of bytes each, 1/100,000 of the volume) is made at the start; boxes
+// are then drawn from the fibres of each 64^3 tile. Voxels are u16 as in FIBER, u32 where more than
+// 65,535 fibres are needed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,9 +32,11 @@ constexpr std::array kParameters{
     GeneratorParameter{"density", 8.1, 0, 60, "fibres per 10^6 voxels"},
     GeneratorParameter{"radius", 3.3, 0.5, 20, "mean radius in voxels"},
     GeneratorParameter{"length", 375, 4, 600, "mean length in voxels"},
-    GeneratorParameter{"spread", 0.35, 0, 2,
-                       "angular spread: tangent of the standard deviation around the main direction"},
-    GeneratorParameter{"core", 0.1, 0, 1, "share of the core layer, whose fibres lie across the flow"},
+    GeneratorParameter{
+        "spread", 0.35, 0, 2,
+        "angular spread: tangent of the standard deviation around the main direction"},
+    GeneratorParameter{"core", 0.1, 0, 1,
+                       "share of the core layer, whose fibres lie across the flow"},
     GeneratorParameter{"attempts", 12, 1, 100, "places tried before an overlap is accepted", true},
     GeneratorParameter{"blur", 0.4, 0, 3, "amplitude of the noise on the radius in voxels"},
 };
@@ -58,7 +61,9 @@ double squared_distance(const Fiber& a, const Fiber& b) {
   const double parallel = dot(a.direction, b.direction), along_a = dot(a.direction, r),
                along_b = dot(b.direction, r);
   const double scale = 1 - parallel * parallel;
-  const auto clamp_to = [](double t, const Fiber& f) { return std::clamp(t, -f.half_length, f.half_length); };
+  const auto clamp_to = [](double t, const Fiber& f) {
+    return std::clamp(t, -f.half_length, f.half_length);
+  };
   double s = scale > 1e-12 ? clamp_to((parallel * along_b - along_a) / scale, a) : 0;
   const double t = clamp_to(parallel * s + along_b, b);
   s = clamp_to(parallel * t - along_a, a);
@@ -88,10 +93,13 @@ class FiberGrid {
     for (std::int64_t z = low[2]; z <= high[2]; ++z) {
       for (std::int64_t y = low[1]; y <= high[1]; ++y) {
         for (std::int64_t x = low[0]; x <= high[0]; ++x) {
-          const auto middle = [](std::int64_t t) { return (static_cast<double>(t) + 0.5) * kTileEdge; };
+          const auto middle = [](std::int64_t t) {
+            return (static_cast<double>(t) + 0.5) * kTileEdge;
+          };
           const Vector r{middle(x) - fiber.centre[0], middle(y) - fiber.centre[1],
                          middle(z) - fiber.centre[2]};
-          const double t = std::clamp(dot(r, fiber.direction), -fiber.half_length, fiber.half_length);
+          const double t =
+              std::clamp(dot(r, fiber.direction), -fiber.half_length, fiber.half_length);
           if (dot(r, r) - 2 * t * dot(r, fiber.direction) + t * t <= far * far) f(Tile{x, y, z});
         }
       }
@@ -112,7 +120,9 @@ class FiberGrid {
   }
   static std::uint64_t key(const Tile& t) {
     constexpr std::uint64_t kMask = (1u << 21) - 1;
-    const auto part = [](std::int64_t v) { return static_cast<std::uint64_t>(v + (1 << 20)) & kMask; };
+    const auto part = [](std::int64_t v) {
+      return static_cast<std::uint64_t>(v + (1 << 20)) & kMask;
+    };
     return part(t[0]) | part(t[1]) << 21 | part(t[2]) << 42;
   }
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> tiles_;
@@ -135,12 +145,14 @@ class FiberList {
 
 Fiber FiberList::propose(RandomSequence& random) const {
   Fiber fiber;
-  for (std::size_t i = 0; i < 3; ++i) fiber.centre[i] = random.between(-margin_, extent_[i] + margin_);
+  for (std::size_t i = 0; i < 3; ++i)
+    fiber.centre[i] = random.between(-margin_, extent_[i] + margin_);
   // Lengths: the mean times a factor of mean 1 from 0.3 to kLongest, short ones being common.
   const double u = random.unit();
   fiber.half_length = 0.5 * request_["length"] * (0.3 + 1.8 * u * (0.4 + 0.55 * u));
   fiber.radius = request_["radius"] * (1 + 0.06 * random.bell());
-  const bool core = std::abs(fiber.centre[1] - 0.5 * extent_[1]) < 0.5 * request_["core"] * extent_[1];
+  const bool core =
+      std::abs(fiber.centre[1] - 0.5 * extent_[1]) < 0.5 * request_["core"] * extent_[1];
   const double across = request_["spread"] * random.bell(),
                out_of_plane = 0.4 * request_["spread"] * random.bell();
   fiber.direction = core ? Vector{1, out_of_plane, across} : Vector{across, out_of_plane, 1};
@@ -188,7 +200,8 @@ FiberList::FiberList(const GeneratorRequest& request)
     for (std::uint32_t attempt = 1; attempt < attempts; ++attempt) {
       near.clear();
       FiberGrid::for_tiles(fiber, reach, [&](const FiberGrid::Tile& tile) {
-        if (const auto* there = grid.find(tile)) near.insert(near.end(), there->begin(), there->end());
+        if (const auto* there = grid.find(tile))
+          near.insert(near.end(), there->begin(), there->end());
       });
       const bool free = std::none_of(near.begin(), near.end(), [&](std::uint32_t other) {
         const double touch = fiber.radius + placed[other].radius + 1;
@@ -231,7 +244,8 @@ class FibersSource final : public TiledSource {
   float blur_;
 };
 
-void FibersSource::draw(const Fiber& fiber, const Box& box, const float* noise, std::uint32_t* labels) const {
+void FibersSource::draw(const Fiber& fiber, const Box& box, const float* noise,
+                        std::uint32_t* labels) const {
   const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y, box.origin.z};
   const std::array<std::uint64_t, 3> size{box.size.x, box.size.y, box.size.z};
   const double reach = fiber.radius + static_cast<double>(blur_) + 1;
@@ -257,9 +271,11 @@ void FibersSource::draw(const Fiber& fiber, const Box& box, const float* noise, 
   }
   const auto cx = static_cast<float>(fiber.centre[0]), cy = static_cast<float>(fiber.centre[1]),
              cz = static_cast<float>(fiber.centre[2]);
-  const auto ux = static_cast<float>(fiber.direction[0]), uy = static_cast<float>(fiber.direction[1]),
+  const auto ux = static_cast<float>(fiber.direction[0]),
+             uy = static_cast<float>(fiber.direction[1]),
              uz = static_cast<float>(fiber.direction[2]);
-  const auto half = static_cast<float>(fiber.half_length), radius = static_cast<float>(fiber.radius);
+  const auto half = static_cast<float>(fiber.half_length),
+             radius = static_cast<float>(fiber.radius);
   const auto x0 = static_cast<std::int32_t>(origin[0]);
   for (std::int64_t z = first[2]; z <= last[2]; ++z) {
     const float dz = static_cast<float>(static_cast<std::int64_t>(origin[2]) + z) - cz;
@@ -267,7 +283,8 @@ void FibersSource::draw(const Fiber& fiber, const Box& box, const float* noise, 
       const float dy = static_cast<float>(static_cast<std::int64_t>(origin[1]) + y) - cy;
       const std::size_t row =
           box.size.x * (static_cast<std::size_t>(y) + box.size.y * static_cast<std::size_t>(z));
-      for (auto x = static_cast<std::int32_t>(first[0]); x <= static_cast<std::int32_t>(last[0]); ++x) {
+      for (auto x = static_cast<std::int32_t>(first[0]); x <= static_cast<std::int32_t>(last[0]);
+           ++x) {
         const std::size_t i = row + static_cast<std::size_t>(x);
         const float dx = static_cast<float>(x0 + x) - cx;
         const float t = dx * ux + dy * uy + dz * uz;
@@ -291,12 +308,13 @@ void FibersSource::fill(const Box& box, std::uint32_t* labels) const {
   float* out = noise.data();
   for (std::uint64_t z = box.origin.z; z < box.origin.z + box.size.z; ++z) {
     for (std::uint64_t y = box.origin.y; y < box.origin.y + box.size.y; ++y, out += box.size.x) {
-      const auto base =
-          static_cast<std::uint32_t>(hash(seed_, static_cast<std::int64_t>(y), static_cast<std::int64_t>(z)));
+      const auto base = static_cast<std::uint32_t>(
+          hash(seed_, static_cast<std::int64_t>(y), static_cast<std::int64_t>(z)));
       for (std::uint32_t i = 0; i < box.size.x; ++i) {
         const std::uint32_t random =
             mix32(base + (static_cast<std::uint32_t>(box.origin.x) + i) * 0x9E3779B9u);
-        out[i] = blur_ * (static_cast<float>(static_cast<std::int32_t>(random >> 8)) * 0x1p-23F - 1.0F);
+        out[i] =
+            blur_ * (static_cast<float>(static_cast<std::int32_t>(random >> 8)) * 0x1p-23F - 1.0F);
       }
     }
   }

@@ -1,5 +1,6 @@
-// Deterministic generators of volumes: the same kind, extent, seed and parameters give the same bytes on any
-// machine, for any box and any number of threads. Any box can be generated without the rest.
+// Deterministic generators of volumes: the same kind, extent, seed and parameters give the same
+// bytes on any machine, for any box and any number of threads. Any box can be generated without the
+// rest.
 #pragma once
 
 #include <cstdint>
@@ -33,9 +34,10 @@ struct GeneratorInfo {
 /// All generators of this build.
 std::span<const GeneratorInfo> all_generators();
 
-/// A source that makes voxels on demand, on `threads` threads a read. Throws InputError on an unknown kind or
-/// parameter, or a value out of range, naming what is allowed.
-std::unique_ptr<VolumeSource> make_generator(std::string_view kind, const Extent& extent, std::uint64_t seed,
+/// A source that makes voxels on demand, on `threads` threads a read. Throws InputError on an
+/// unknown kind or parameter, or a value out of range, naming what is allowed.
+std::unique_ptr<VolumeSource> make_generator(std::string_view kind, const Extent& extent,
+                                             std::uint64_t seed,
                                              const std::map<std::string, double>& parameters,
                                              unsigned threads);
 

@@ -1,5 +1,5 @@
-// The generators behind the table in generator.cpp: each file of a kind declares its description and makes
-// its source.
+// The generators behind the table in generator.cpp: each file of a kind declares its description
+// and makes its source.
 #pragma once
 
 #include <memory>

@@ -1,7 +1,9 @@
-// marschner-lobb: the test signal of Marschner and Lobb (An evaluation of reconstruction filters for volume rendering, IEEE Visualization
-// 1994), almost all of whose energy lies just below the Nyquist frequency of 40^3 samples:
+// marschner-lobb: the test signal of Marschner and Lobb (An evaluation of reconstruction filters
+// for volume rendering, IEEE Visualization 1994), almost all of whose energy lies just below the
+// Nyquist frequency of 40^3 samples:
 //   rho(x, y, z) = (1 - sin(pi z / 2) + alpha (1 + cos(2 pi f cos(pi r / 2)))) / (2 (1 + alpha)),   r = sqrt(x^2 + y^2)
-// over -1 <= x, y, z <= 1, with f = 6 and alpha = 1/4 there. The first and the last voxel of an axis lie at -1 and 1.
+// over -1 <= x, y, z <= 1, with f = 6 and alpha = 1/4 there. The first and the last voxel of an
+// axis lie at -1 and 1.
 #include <array>
 #include <cmath>
 
@@ -14,14 +16,17 @@ namespace {
 
 constexpr std::array kParameters{
     kScalarBits,
-    GeneratorParameter{"frequency", 6, 0, 1000, "f of the formula, waves from the middle to the side"},
+    GeneratorParameter{"frequency", 6, 0, 1000,
+                       "f of the formula, waves from the middle to the side"},
     GeneratorParameter{"alpha", 0.25, 0, 1000, "share of the waves"},
 };
 
 class MarschnerLobbSource final : public TiledScalars {
  public:
   explicit MarschnerLobbSource(const GeneratorRequest& request)
-      : TiledScalars("marschner-lobb", request), frequency_(request["frequency"]), alpha_(request["alpha"]) {}
+      : TiledScalars("marschner-lobb", request),
+        frequency_(request["frequency"]),
+        alpha_(request["alpha"]) {}
 
  protected:
   void fill_row(const Coordinate& start, std::uint64_t count, float* values) const override {

@@ -1,16 +1,17 @@
-// neurites: tortuous processes of very different calibres, interleaved and dense, as in a segmentation of
-// brain tissue from electron microscopy. A stand-in for H01 of the CSGV-R paper.
+// neurites: tortuous processes of very different calibres, interleaved and dense, as in a
+// segmentation of brain tissue from electron microscopy. A stand-in for H01 of the CSGV-R paper.
 //
-// Eight families of tubes, each with a direction and a calibre of its own, thin ones being common, compete
-// for every voxel. In the plane across its direction a family is a jittered grid of tube centres; the two
-// coordinates of that plane are warped by value noise at three scales, which makes the tubes tortuous. A
-// tube's claim on a voxel is its squared distance in units of its own radius; the smallest claim of all
-// families wins, so thin processes squeeze through between thick ones. Claims above `gap` lose to the
-// background, label 0: the extracellular space and membranes where no process is near. Each z slice is
-// shifted by up to `slip` voxels, as sections of tissue are.
+// Eight families of tubes, each with a direction and a calibre of its own, thin ones being common,
+// compete for every voxel. In the plane across its direction a family is a jittered grid of tube
+// centres; the two coordinates of that plane are warped by value noise at three scales, which makes
+// the tubes tortuous. A tube's claim on a voxel is its squared distance in units of its own radius;
+// the smallest claim of all families wins, so thin processes squeeze through between thick ones.
+// Claims above `gap` lose to the background, label 0: the extracellular space and membranes where
+// no process is near. Each z slice is shifted by up to `slip` voxels, as sections of tissue are.
 //
-// Tubes are cut into pieces along their length, each a label. Ids are hashed into 1 .. `ids`, as a crop of a
-// larger volume has them: not consecutive, and without any order in space; two pieces share one now and then.
+// Tubes are cut into pieces along their length, each a label. Ids are hashed into 1 .. `ids`, as a
+// crop of a larger volume has them: not consecutive, and without any order in space; two pieces
+// share one now and then.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -76,7 +77,8 @@ std::array<Vector, 3> random_frame(RandomSequence& random) {
             frame[i][0] * frame[j][0] + frame[i][1] * frame[j][1] + frame[i][2] * frame[j][2];
         for (std::size_t k = 0; k < 3; ++k) frame[i][k] -= along * frame[j][k];
       }
-      length = std::sqrt(frame[i][0] * frame[i][0] + frame[i][1] * frame[i][1] + frame[i][2] * frame[i][2]);
+      length = std::sqrt(frame[i][0] * frame[i][0] + frame[i][1] * frame[i][1] +
+                         frame[i][2] * frame[i][2]);
       if (length > 1.0) length = 0;
     }
     for (double& c : frame[i]) c /= length;
@@ -146,7 +148,9 @@ NeuritesSource::NeuritesSource(const GeneratorRequest& request)
 
 Tube NeuritesSource::tube(const Family& family, std::int64_t column, std::int64_t row) const {
   const std::uint64_t random = hash(family.seed, column, row, 1);
-  const auto part = [&](unsigned shift) { return static_cast<float>(random >> shift & 0xFFFF) * 0x1p-16F; };
+  const auto part = [&](unsigned shift) {
+    return static_cast<float>(random >> shift & 0xFFFF) * 0x1p-16F;
+  };
   Tube tube{.column = column, .row = row};
   tube.u = (static_cast<float>(column) + 0.5F + kJitter * (part(0) - 0.5F)) * family.spacing;
   tube.v = (static_cast<float>(row) + 0.5F + kJitter * (part(16) - 0.5F)) * family.spacing;
@@ -157,7 +161,8 @@ Tube NeuritesSource::tube(const Family& family, std::int64_t column, std::int64_
 }
 
 TubeTable NeuritesSource::tubes_near(const Family& family, const Box& box) const {
-  const auto range = [&](const std::array<float, 3>& axis, std::int64_t& first, std::int64_t& count) {
+  const auto range = [&](const std::array<float, 3>& axis, std::int64_t& first,
+                         std::int64_t& count) {
     double low = 0, high = 0;
     const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y, box.origin.z};
     const std::array<std::uint64_t, 3> size{box.size.x, box.size.y, box.size.z};
@@ -184,12 +189,14 @@ TubeTable NeuritesSource::tubes_near(const Family& family, const Box& box) const
   return table;
 }
 
-/// Lets one family claim the voxels of a row: the four tubes whose grid boxes are nearest to the voxel.
+/// Lets one family claim the voxels of a row: the four tubes whose grid boxes are nearest to the
+/// voxel.
 void NeuritesSource::compete(std::size_t number, const TubeTable& table, const Coordinate& start,
                              Row& row) const {
   const Family& family = families_[number];
   const float y = static_cast<float>(start.y) + row.shift_y, z = static_cast<float>(start.z);
-  const float base_u = family.u[1] * y + family.u[2] * z, base_v = family.v[1] * y + family.v[2] * z;
+  const float base_u = family.u[1] * y + family.u[2] * z,
+              base_v = family.v[1] * y + family.v[2] * z;
   for (std::size_t i = 0; i < row.count; ++i) {
     const float x = static_cast<float>(start.x + i) + row.shift_x;
     row.u[i] = base_u + family.u[0] * x;
@@ -203,7 +210,8 @@ void NeuritesSource::compete(std::size_t number, const TubeTable& table, const C
   }
   const float per_box = 1.0F / family.spacing;
   const auto columns = static_cast<std::int32_t>(table.columns);
-  const auto column0 = static_cast<std::int32_t>(table.column0), row0 = static_cast<std::int32_t>(table.row0);
+  const auto column0 = static_cast<std::int32_t>(table.column0),
+             row0 = static_cast<std::int32_t>(table.row0);
   const auto rounded_down = [](float value) {
     const auto truncated = static_cast<std::int32_t>(value);
     return truncated - static_cast<std::int32_t>(static_cast<float>(truncated) > value);
@@ -211,7 +219,8 @@ void NeuritesSource::compete(std::size_t number, const TubeTable& table, const C
   const Tube* tubes = table.tubes.data();
   for (std::size_t i = 0; i < row.count; ++i) {
     const float u = row.u[i], v = row.v[i];
-    // Minus one half: from the own grid box to the nearer one of its two neighbours along each axis.
+    // Minus one half: from the own grid box to the nearer one of its two neighbours along each
+    // axis.
     const std::int32_t column = rounded_down(u * per_box - 0.5F) - column0;
     const std::int32_t line = rounded_down(v * per_box - 0.5F) - row0;
     const std::int32_t first = column + columns * line;
@@ -233,7 +242,8 @@ void NeuritesSource::compete(std::size_t number, const TubeTable& table, const C
 std::uint32_t NeuritesSource::label(std::size_t family, const Tube& tube, float along) const {
   const std::uint64_t own = hash(families_[family].seed, tube.column, tube.row, 2);
   const double offset = static_cast<double>(unit_float(own)) * length_;
-  const auto piece = static_cast<std::int64_t>(std::floor((static_cast<double>(along) + offset) / length_));
+  const auto piece =
+      static_cast<std::int64_t>(std::floor((static_cast<double>(along) + offset) / length_));
   return static_cast<std::uint32_t>(1 + hash(own, piece) % ids_);
 }
 
@@ -248,9 +258,11 @@ void NeuritesSource::fill(const Box& box, std::uint32_t* labels) const {
     for (std::uint64_t y = box.origin.y; y < box.origin.y + box.size.y; ++y, labels += box.size.x) {
       std::fill(row.claim.begin(), row.claim.end(), gap_);
       std::fill(row.family.begin(), row.family.end(), std::numeric_limits<std::uint32_t>::max());
-      for (std::size_t f = 0; f < families_.size(); ++f) compete(f, tables[f], {box.origin.x, y, z}, row);
-      // A label changes along a tube only at a cut, so a run of one tube asks for its label where `along`
-      // enters another piece; asking once a voxel keeps it simple and costs little beside the competition.
+      for (std::size_t f = 0; f < families_.size(); ++f)
+        compete(f, tables[f], {box.origin.x, y, z}, row);
+      // A label changes along a tube only at a cut, so a run of one tube asks for its label where
+      // `along` enters another piece; asking once a voxel keeps it simple and costs little beside
+      // the competition.
       for (std::size_t i = 0; i < box.size.x; ++i) {
         if (row.family[i] == std::numeric_limits<std::uint32_t>::max()) {
           labels[i] = 0;
@@ -259,7 +271,8 @@ void NeuritesSource::fill(const Box& box, std::uint32_t* labels) const {
         const Family& family = families_[row.family[i]];
         const Tube& tube = tables[row.family[i]].tubes[row.tube[i]];
         const float along = family.w[0] * static_cast<float>(box.origin.x + i) +
-                            family.w[1] * static_cast<float>(y) + family.w[2] * static_cast<float>(z);
+                            family.w[1] * static_cast<float>(y) +
+                            family.w[2] * static_cast<float>(z);
         labels[i] = label(row.family[i], tube, along);
       }
     }

@@ -6,7 +6,8 @@
 
 namespace cvr::volumes {
 
-ValueNoise::ValueNoise(std::uint64_t seed, const std::array<std::uint32_t, 3>& spacing) : seed_(seed) {
+ValueNoise::ValueNoise(std::uint64_t seed, const std::array<std::uint32_t, 3>& spacing)
+    : seed_(seed) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     spacing_[axis] = spacing[axis];
     for (std::uint32_t i = 0; i < spacing[axis]; ++i) {
@@ -16,7 +17,8 @@ ValueNoise::ValueNoise(std::uint64_t seed, const std::array<std::uint32_t, 3>& s
   }
 }
 
-float ValueNoise::column(std::int64_t x, std::int64_t y, std::int64_t z, float fade_y, float fade_z) const {
+float ValueNoise::column(std::int64_t x, std::int64_t y, std::int64_t z, float fade_y,
+                         float fade_z) const {
   const auto corner = [&](std::int64_t dy, std::int64_t dz) {
     return 2.0F * unit_float(hash(seed_, x, y + dy, z + dz)) - 1.0F;
   };
@@ -27,8 +29,8 @@ float ValueNoise::column(std::int64_t x, std::int64_t y, std::int64_t z, float f
   return low + fade_z * (high - low);
 }
 
-void ValueNoise::add_row(std::int64_t x0, std::size_t count, std::int64_t y, std::int64_t z, float amplitude,
-                         float* out) const {
+void ValueNoise::add_row(std::int64_t x0, std::size_t count, std::int64_t y, std::int64_t z,
+                         float amplitude, float* out) const {
   const std::int64_t ly = floor_div(y, spacing_[1]), lz = floor_div(z, spacing_[2]);
   const float fade_y = fade_[1][static_cast<std::size_t>(y - ly * spacing_[1])];
   const float fade_z = fade_[2][static_cast<std::size_t>(z - lz * spacing_[2])];
@@ -40,7 +42,8 @@ void ValueNoise::add_row(std::int64_t x0, std::size_t count, std::int64_t y, std
     const std::int64_t stop = std::min(end, (lx + 1) * spacing_[0]);
     const float* fade = fade_[0].data() + (x - lx * spacing_[0]);
     float* target = out + (x - x0);
-    for (std::int64_t i = 0; i < stop - x; ++i) target[i] += amplitude * (left + fade[i] * (right - left));
+    for (std::int64_t i = 0; i < stop - x; ++i)
+      target[i] += amplitude * (left + fade[i] * (right - left));
     x = stop;
     left = right;
   }

@@ -1,8 +1,8 @@
-// Counter-based randomness: a number is a hash of the seed and of what it is for (a coordinate, an index), so
-// that any box of a generated volume can be made alone and in any order. The mixers are the finalisers of
-// splitmix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014) and a 32-bit
-// multiply-xorshift of the same form, which vectorises. Integer arithmetic only: the same values on every
-// machine.
+// Counter-based randomness: a number is a hash of the seed and of what it is for (a coordinate, an
+// index), so that any box of a generated volume can be made alone and in any order. The mixers are
+// the finalisers of splitmix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators,
+// OOPSLA 2014) and a 32-bit multiply-xorshift of the same form, which vectorises. Integer
+// arithmetic only: the same values on every machine.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,16 @@ inline std::uint32_t mix32(std::uint32_t x) {
 }
 
 /// A hash of a seed and up to three coordinates, which may be negative.
-inline std::uint64_t hash(std::uint64_t seed, std::int64_t a, std::int64_t b = 0, std::int64_t c = 0) {
+inline std::uint64_t hash(std::uint64_t seed, std::int64_t a, std::int64_t b = 0,
+                          std::int64_t c = 0) {
   const auto u = [](std::int64_t v) { return static_cast<std::uint64_t>(v); };
   return mix64(mix64(mix64(seed ^ u(a)) ^ u(b)) ^ u(c));
 }
 
 /// Uniform in [0, 1), a multiple of 2^-24, from the upper bits.
-inline float unit_float(std::uint64_t random) { return static_cast<float>(random >> 40) * 0x1p-24F; }
+inline float unit_float(std::uint64_t random) {
+  return static_cast<float>(random >> 40) * 0x1p-24F;
+}
 
 /// Independent uniform numbers in [0, 1) in a row, a multiple of 2^-53 each.
 class RandomSequence {
@@ -46,8 +49,8 @@ class RandomSequence {
   std::uint64_t state_;
 };
 
-/// A permutation of [0, count) that needs no table: a four-round Feistel network over the next even number of
-/// bits, walked until it falls into the range.
+/// A permutation of [0, count) that needs no table: a four-round Feistel network over the next even
+/// number of bits, walked until it falls into the range.
 class Permutation {
  public:
   Permutation(std::uint64_t count, std::uint64_t seed) : count_(count), seed_(seed) {

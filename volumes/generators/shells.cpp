@@ -1,8 +1,10 @@
-// shells: nested walls around a common middle as in a CT scan of a layered object: each wall of one density, the room inside it empty or
-// filled with something light, measurement noise in what is not air, and exactly 0 everywhere else.
+// shells: nested walls around a common middle as in a CT scan of a layered object: each wall of one
+// density, the room inside it empty or filled with something light, measurement noise in what is
+// not air, and exactly 0 everywhere else.
 //
-// Walls are ellipsoids with the proportions of the volume, dented by smooth noise. The distance to a wall is measured along the ray from
-// the middle; over `blur` voxels a wall fades into its neighbours, as partial volumes do.
+// Walls are ellipsoids with the proportions of the volume, dented by smooth noise. The distance to
+// a wall is measured along the ray from the middle; over `blur` voxels a wall fades into its
+// neighbours, as partial volumes do.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,12 +41,14 @@ class ShellsSource final : public TiledScalars {
         noise_(static_cast<float>(request["noise"])),
         dent_noise_(hash(seed_, 1), kDentSpacing) {
     const Extent& e = info().extent;
-    half_ = {0.5F * static_cast<float>(e.x), 0.5F * static_cast<float>(e.y), 0.5F * static_cast<float>(e.z)};
+    half_ = {0.5F * static_cast<float>(e.x), 0.5F * static_cast<float>(e.y),
+             0.5F * static_cast<float>(e.z)};
     scale_ = std::min({half_[0], half_[1], half_[2]});
     const auto count = static_cast<std::uint64_t>(request["shells"]);
     RandomSequence random(hash(seed_, 2));
     for (std::uint64_t i = 0; i < count; ++i) {
-      const float radius = kOutermost * scale_ * static_cast<float>(count - i) / static_cast<float>(count);
+      const float radius =
+          kOutermost * scale_ * static_cast<float>(count - i) / static_cast<float>(count);
       const auto density = static_cast<float>(random.between(0.4, 0.95));
       const double filling = random.between(-0.25, 0.25);
       shells_.push_back({radius, density, static_cast<float>(std::max(0.0, filling))});
@@ -55,15 +59,19 @@ class ShellsSource final : public TiledScalars {
   void fill_row(const Coordinate& start, std::uint64_t count, float* values) const override {
     std::fill_n(values, count, 0.0F);
     if (dents_ > 0) {
-      dent_noise_.add_row(static_cast<std::int64_t>(start.x), count, static_cast<std::int64_t>(start.y),
-                          static_cast<std::int64_t>(start.z), dents_, values);
+      dent_noise_.add_row(static_cast<std::int64_t>(start.x), count,
+                          static_cast<std::int64_t>(start.y), static_cast<std::int64_t>(start.z),
+                          dents_, values);
     }
     const float y = from_middle(start.y, 1), z = from_middle(start.z, 2);
     for (std::uint64_t i = 0; i < count; ++i) {
       const float x = from_middle(start.x + i, 0);
       const float radius = scale_ * std::sqrt(x * x + y * y + z * z) + values[i];
       const float density = density_at(radius);
-      values[i] = density == 0 ? 0 : std::clamp(density + noise_ * deviation({start.x + i, start.y, start.z}), 0.0F, 1.0F);
+      values[i] = density == 0
+                      ? 0
+                      : std::clamp(density + noise_ * deviation({start.x + i, start.y, start.z}),
+                                   0.0F, 1.0F);
     }
   }
 
@@ -77,12 +85,16 @@ class ShellsSource final : public TiledScalars {
     return (static_cast<float>(voxel) + 0.5F - half_[axis]) / half_[axis];
   }
 
-  /// From the outside in: each wall fades in over its outer face and out, into its filling, over its inner one.
+  /// From the outside in: each wall fades in over its outer face and out, into its filling, over
+  /// its inner one.
   float density_at(float radius) const {
-    const auto inside = [&](float face) { return std::clamp(0.5F + (face - radius) / blur_, 0.0F, 1.0F); };
+    const auto inside = [&](float face) {
+      return std::clamp(0.5F + (face - radius) / blur_, 0.0F, 1.0F);
+    };
     float density = 0;
     for (const Shell& shell : shells_) {
-      const float outer = inside(shell.radius + half_thickness_), inner = inside(shell.radius - half_thickness_);
+      const float outer = inside(shell.radius + half_thickness_),
+                  inner = inside(shell.radius - half_thickness_);
       if (outer == 0) break;
       density += outer * (shell.density - density);
       density += inner * (shell.filling - density);
@@ -90,7 +102,9 @@ class ShellsSource final : public TiledScalars {
     return density;
   }
 
-  float deviation(const Coordinate& c) const { return 2 * unit_float(hash(seed_, static_cast<std::int64_t>(info().extent.index(c)))) - 1; }
+  float deviation(const Coordinate& c) const {
+    return 2 * unit_float(hash(seed_, static_cast<std::int64_t>(info().extent.index(c)))) - 1;
+  }
 
   std::uint64_t seed_;
   float half_thickness_, blur_, dents_, noise_;
@@ -111,6 +125,8 @@ constinit const GeneratorInfo kShellsInfo{
     .parameters = kParameters,
 };
 
-std::unique_ptr<VolumeSource> make_shells(const GeneratorRequest& request) { return std::make_unique<ShellsSource>(request); }
+std::unique_ptr<VolumeSource> make_shells(const GeneratorRequest& request) {
+  return std::make_unique<ShellsSource>(request);
+}
 
 }  // namespace cvr::volumes

@@ -1,5 +1,5 @@
-// turbulence: a random field with a given power spectrum (turbulence.hpp), no structure and no background: the hard case of codecs that
-// live on either.
+// turbulence: a random field with a given power spectrum (turbulence.hpp), no structure and no
+// background: the hard case of codecs that live on either.
 #include "volumes/generators/turbulence.hpp"
 
 #include <algorithm>
@@ -18,7 +18,8 @@ namespace {
 constexpr std::array kParameters{
     kScalarBits,
     GeneratorParameter{"slope", 5.0 / 3, 0, 4, "of the power spectrum: energy ~ frequency^-slope"},
-    GeneratorParameter{"smallest", 2, 1, 1024, "voxels between lattice points of the finest octave, a power of two", true},
+    GeneratorParameter{"smallest", 2, 1, 1024,
+                       "voxels between lattice points of the finest octave, a power of two", true},
     GeneratorParameter{"largest", 64, 1, 1024, "of the coarsest", true},
 };
 
@@ -27,15 +28,17 @@ class TurbulenceSource final : public TiledScalars {
   explicit TurbulenceSource(const GeneratorRequest& request) : TiledScalars("turbulence", request) {
     const OctaveRange octaves = octaves_of(request);
     amplitudes_ = amplitudes_of(octaves, request["slope"]);
-    for (unsigned k = octaves.smallest; k <= octaves.largest; ++k) noises_.emplace_back(hash(request.seed ^ 0x7a3b1, k), 1U << k);
+    for (unsigned k = octaves.smallest; k <= octaves.largest; ++k)
+      noises_.emplace_back(hash(request.seed ^ 0x7a3b1, k), 1U << k);
   }
 
  protected:
   void fill_row(const Coordinate& start, std::uint64_t count, float* values) const override {
     std::fill_n(values, count, 0.0F);
     for (std::size_t i = 0; i < noises_.size(); ++i) {
-      noises_[i].add_row(static_cast<std::int64_t>(start.x), count, static_cast<std::int64_t>(start.y),
-                         static_cast<std::int64_t>(start.z), amplitudes_[i], values);
+      noises_[i].add_row(static_cast<std::int64_t>(start.x), count,
+                         static_cast<std::int64_t>(start.y), static_cast<std::int64_t>(start.z),
+                         amplitudes_[i], values);
     }
     to_values(count, values);
   }
@@ -56,8 +59,10 @@ OctaveRange octaves_of(const GeneratorRequest& request) {
 }
 
 std::vector<float> amplitudes_of(const OctaveRange& octaves, double slope) {
-  // A lattice value in [-1, 1) has the variance 1/3; interpolated with cubic fades 0.74 of it is left along each axis, on average.
-  constexpr double kNoiseVariance = 0.7428571428571429 * 0.7428571428571429 * 0.7428571428571429 / 3;
+  // A lattice value in [-1, 1) has the variance 1/3; interpolated with cubic fades 0.74 of it is
+  // left along each axis, on average.
+  constexpr double kNoiseVariance =
+      0.7428571428571429 * 0.7428571428571429 * 0.7428571428571429 / 3;
   constexpr double kDeviation = 1.0 / 6;
   const double growth = exp2_strict((slope - 1) / 2);
   std::vector<double> raw;
@@ -67,7 +72,8 @@ std::vector<float> amplitudes_of(const OctaveRange& octaves, double slope) {
     variance += amplitude * amplitude * kNoiseVariance;
   }
   std::vector<float> amplitudes;
-  for (const double a : raw) amplitudes.push_back(static_cast<float>(a * kDeviation / std::sqrt(variance)));
+  for (const double a : raw)
+    amplitudes.push_back(static_cast<float>(a * kDeviation / std::sqrt(variance)));
   return amplitudes;
 }
 

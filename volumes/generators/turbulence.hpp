@@ -1,8 +1,10 @@
-// Octaves of value noise whose amplitudes follow a power spectrum: what `turbulence` and `moving` share.
+// Octaves of value noise whose amplitudes follow a power spectrum: what `turbulence` and `moving`
+// share.
 //
-// Octave k has its lattice points 2^k voxels apart, from `smallest` to `largest`. A spectrum of energy E(f) ~ f^-slope over the
-// frequency f holds 2^((slope - 1) k) times as much energy in octave k as in octave 0, so amplitudes grow by 2^((slope - 1) / 2); 5/3 is
-// Kolmogorov's slope. The sum is scaled to a standard deviation of 1/6 about 1/2 and cut to 0..1.
+// Octave k has its lattice points 2^k voxels apart, from `smallest` to `largest`. A spectrum of
+// energy E(f) ~ f^-slope over the frequency f holds 2^((slope - 1) k) times as much energy in
+// octave k as in octave 0, so amplitudes grow by 2^((slope - 1) / 2); 5/3 is Kolmogorov's slope.
+// The sum is scaled to a standard deviation of 1/6 about 1/2 and cut to 0..1.
 #pragma once
 
 #include <vector>
@@ -16,7 +18,8 @@ struct OctaveRange {
   unsigned smallest, largest;  ///< log2 of voxels between lattice points
 };
 
-/// From the parameters "smallest" and "largest", in voxels, rounded down to powers of two; `largest` is at least `smallest`.
+/// From the parameters "smallest" and "largest", in voxels, rounded down to powers of two;
+/// `largest` is at least `smallest`.
 OctaveRange octaves_of(const GeneratorRequest& request);
 
 /// Amplitudes of the octaves, smallest first, which make the sum's standard deviation 1/6.

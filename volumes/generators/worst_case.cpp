@@ -1,5 +1,5 @@
-// worst-case: hard patterns that every codec, cache and figure must survive. Labels are spread over all 32
-// bits; 0 and 2^32 - 1 occur.
+// worst-case: hard patterns that every codec, cache and figure must survive. Labels are spread over
+// all 32 bits; 0 and 2^32 - 1 occur.
 //
 //   0 checkerboard   two labels, no two face neighbours alike
 //   1 distinct       every voxel a label of its own (up to 2^32 voxels)
@@ -22,7 +22,8 @@ namespace {
 constexpr std::array kParameters{
     GeneratorParameter{"pattern", 0, 0, 5,
                        "0 checkerboard, 1 distinct, 2 sheets, 3 salt, 4 constant, 5 noise", true},
-    GeneratorParameter{"bits", 32, 8, 64, "of a voxel: 8, 16, 32 or 64; with 64 ids exceed 2^32", true},
+    GeneratorParameter{"bits", 32, 8, 64, "of a voxel: 8, 16, 32 or 64; with 64 ids exceed 2^32",
+                       true},
     GeneratorParameter{"thickness", 1, 1, 1024, "of a sheet in voxels along an axis", true},
     GeneratorParameter{"density", 0.01, 0, 1, "share of the salt"},
     GeneratorParameter{"value", 4294967295.0, 0, 4294967295.0, "the constant label", true},
@@ -35,7 +36,8 @@ VoxelType type_of(double bits) {
   if (bits == 16) return VoxelType::kU16;
   if (bits == 32) return VoxelType::kU32;
   if (bits == 64) return VoxelType::kU64;
-  throw InputError(fmt::format("generator worst-case: bits: expected 8, 16, 32 or 64, found {}", bits));
+  throw InputError(
+      fmt::format("generator worst-case: bits: expected 8, 16, 32 or 64, found {}", bits));
 }
 
 /// A bijection of 32-bit numbers that scatters them, with 0 -> 0 and 1 -> 2^32 - 1.
@@ -61,7 +63,8 @@ class WorstCaseSource final : public TiledSource {
   void fill(const Box& box, std::uint32_t* labels) const override {
     for (std::uint64_t z = box.origin.z; z < box.origin.z + box.size.z; ++z) {
       for (std::uint64_t y = box.origin.y; y < box.origin.y + box.size.y; ++y) {
-        for (std::uint64_t x = box.origin.x; x < box.origin.x + box.size.x; ++x) *labels++ = label({x, y, z});
+        for (std::uint64_t x = box.origin.x; x < box.origin.x + box.size.x; ++x)
+          *labels++ = label({x, y, z});
       }
     }
   }

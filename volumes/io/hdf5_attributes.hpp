@@ -1,8 +1,8 @@
 // Attributes of HDF5 volumes: read as plain values in the child process, understood in this one.
 //
-// Ours, on the dataset: `voxel_size` and `offset` (three numbers, z y x), `voxel_unit`, `kind` ("labels" or
-// "scalars"), `axes` ("zyx", "tzyx"), `name`, `source`, `licence`. A dataset that lacks them takes those of the
-// file's root. Other people's:
+// Ours, on the dataset: `voxel_size` and `offset` (three numbers, z y x), `voxel_unit`, `kind`
+// ("labels" or "scalars"), `axes` ("zyx", "tzyx"), `name`, `source`, `licence`. A dataset that
+// lacks them takes those of the file's root. Other people's:
 //   resolution, offset  three numbers, z y x, in nm (CREMI and the tools around it)
 //   element_size_um     z y x in micrometres, or one number for each axis of the dataset (Fiji, PlantSeg)
 //   axistags            JSON of vigra and ilastik: the key and the resolution of each axis, slowest first

@@ -2,7 +2,8 @@
 // a scale (unsharded).
 //
 //   info                     type image | segmentation, data_type, num_channels 1, scales: [{key, size, resolution (nm),
-//                            voxel_offset, chunk_sizes, encoding raw | compressed_segmentation, ...}], all arrays x y z
+//                            voxel_offset, chunk_sizes, encoding raw | compressed_segmentation,
+//                            ...}], all arrays x y z
 //   KEY/x0-x1_y0-y1_z0-z1    the voxels x0 <= x < x1 ..., coordinates including voxel_offset, clipped at the upper border;
 //                            x fastest; optionally gzipped, with or without the ending .gz
 //

@@ -10,7 +10,10 @@
 namespace cvr::volumes {
 
 ErrorSink::ErrorSink(const VolumeSource& truth, unsigned threads)
-    : truth_(truth), threads_(std::max(threads, 1u)), reader_(truth), steps_(truth.info().time_steps) {
+    : truth_(truth),
+      threads_(std::max(threads, 1u)),
+      reader_(truth),
+      steps_(truth.info().time_steps) {
   if (truth.info().kind == VolumeKind::kScalars) edges_.emplace(truth, threads_);
   if (truth.info().type == VoxelType::kF32) relative_.resize(threads_);
 }
@@ -37,7 +40,8 @@ void ErrorSink::end(std::uint64_t z0, std::uint64_t z1) {
     marks[worker].resize(plane);
     edges_->mark(z0 + z, marks[worker].data());
     with_voxel_type(info.type, [&]<class T>() {
-      planes[z] = errors_of_plane<T>(truth + z * plane * voxel, slab_.data() + z * plane * voxel, marks[worker].data(),
+      planes[z] = errors_of_plane<T>(truth + z * plane * voxel, slab_.data() + z * plane * voxel,
+                                     marks[worker].data(),
                                      relative_.empty() ? nullptr : &relative_[worker]);
     });
   });
@@ -58,8 +62,8 @@ std::optional<double> ErrorSink::worst_step_psnr() const {
 }
 
 template <class T>
-ErrorSink::Sums ErrorSink::errors_of_plane(const std::byte* truth, const std::byte* decoded, const std::uint8_t* edges,
-                                           Magnitudes* relative) const {
+ErrorSink::Sums ErrorSink::errors_of_plane(const std::byte* truth, const std::byte* decoded,
+                                           const std::uint8_t* edges, Magnitudes* relative) const {
   Sums sums;
   const std::uint64_t count = truth_.info().extent.x * truth_.info().extent.y;
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -69,7 +73,8 @@ ErrorSink::Sums ErrorSink::errors_of_plane(const std::byte* truth, const std::by
     const auto value = static_cast<double>(a);
     if (!std::isfinite(value)) continue;
     const double difference = std::abs(value - static_cast<double>(b));
-    const double error = std::isnan(difference) ? std::numeric_limits<double>::infinity() : difference;
+    const double error =
+        std::isnan(difference) ? std::numeric_limits<double>::infinity() : difference;
     sums.minimum = sums.voxels == 0 ? value : std::min(sums.minimum, value);
     sums.maximum = sums.voxels == 0 ? value : std::max(sums.maximum, value);
     ++sums.voxels;
@@ -104,7 +109,8 @@ std::optional<double> ErrorSink::edge_mean_squared_error() const {
 
 std::optional<double> ErrorSink::psnr_of(double mean_squared_error) const {
   const double peak = truth_.info().type == VoxelType::kU8 ? 255 : sums_.maximum - sums_.minimum;
-  if (mean_squared_error == 0 || peak <= 0 || !std::isfinite(mean_squared_error)) return std::nullopt;
+  if (mean_squared_error == 0 || peak <= 0 || !std::isfinite(mean_squared_error))
+    return std::nullopt;
   return 10 * std::log10(peak * peak / mean_squared_error);
 }
 

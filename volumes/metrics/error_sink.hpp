@@ -1,9 +1,12 @@
 // How much a decoded volume differs from the original, slab by slab.
 //
-// Labels: mismatching voxels. Scalars also, over the finite voxels of the original: largest and mean absolute error, mean squared error,
-// the same over the edges (gradients.hpp), and PSNR = 10 log10(peak^2 / MSE) with peak 255 for u8 and else the range of the original.
-// PSNR has no value where the volumes are equal: `exact` says so instead. The range of f32 may be ruled by a few values, so errors
-// relative to the voxel are there too. Of a series the worst time step is told too, by the same peak, since a mean hides one. Sums are made by planes, so that they do not depend on the number of threads.
+// Labels: mismatching voxels. Scalars also, over the finite voxels of the original: largest and
+// mean absolute error, mean squared error, the same over the edges (gradients.hpp), and PSNR = 10
+// log10(peak^2 / MSE) with peak 255 for u8 and else the range of the original. PSNR has no value
+// where the volumes are equal: `exact` says so instead. The range of f32 may be ruled by a few
+// values, so errors relative to the voxel are there too. Of a series the worst time step is told
+// too, by the same peak, since a mean hides one. Sums are made by planes, so that they do not
+// depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +44,8 @@ class ErrorSink final : public SlabSink {
   /// The time step of the largest mean squared error, of equals the first; of scalars.
   std::uint64_t worst_step() const;
   std::optional<double> worst_step_psnr() const;
-  /// |error| / |voxel|, over the finite voxels that are not 0, that `share` of them do not exceed, to 2^-10; of f32 alone.
+  /// |error| / |voxel|, over the finite voxels that are not 0, that `share` of them do not exceed,
+  /// to 2^-10; of f32 alone.
   std::optional<double> relative_error(double share) const;
 
  private:
@@ -51,10 +55,13 @@ class ErrorSink final : public SlabSink {
     double minimum = 0, maximum = 0;
     void add(const Sums& other);
   };
-  static double mean(double sum, std::uint64_t count) { return count == 0 ? 0 : sum / static_cast<double>(count); }
+  static double mean(double sum, std::uint64_t count) {
+    return count == 0 ? 0 : sum / static_cast<double>(count);
+  }
   std::optional<double> psnr_of(double mean_squared_error) const;
   template <class T>
-  Sums errors_of_plane(const std::byte* truth, const std::byte* decoded, const std::uint8_t* edges, Magnitudes* relative) const;
+  Sums errors_of_plane(const std::byte* truth, const std::byte* decoded, const std::uint8_t* edges,
+                       Magnitudes* relative) const;
 
   const VolumeSource& truth_;
   unsigned threads_;

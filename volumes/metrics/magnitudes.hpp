@@ -1,5 +1,5 @@
-// Many numbers that are not negative, kept as counts: in 2^21 bins, each 2^-10 of its numbers wide, whatever their size. So quantiles of
-// volumes of any size need 16 MiB.
+// Many numbers that are not negative, kept as counts: in 2^21 bins, each 2^-10 of its numbers wide,
+// whatever their size. So quantiles of volumes of any size need 16 MiB.
 #pragma once
 
 #include <bit>
@@ -20,7 +20,8 @@ class Magnitudes {
     total_ += other.total_;
   }
   std::uint64_t total() const { return total_; }
-  /// The least number of the bin that holds the number of this rank, 0 <= rank < total(), in ascending order.
+  /// The least number of the bin that holds the number of this rank, 0 <= rank < total(), in
+  /// ascending order.
   double at_rank(std::uint64_t rank) const {
     std::size_t bin = 0;
     for (std::uint64_t before = counts_[0]; before <= rank; before += counts_[bin]) ++bin;
@@ -29,9 +30,12 @@ class Magnitudes {
 
  private:
   static constexpr unsigned kDropped = 42;  // of the 52 bits after the binary point
-  static std::size_t bin_of(double magnitude) { return std::bit_cast<std::uint64_t>(magnitude + 0.0) >> kDropped; }
+  static std::size_t bin_of(double magnitude) {
+    return std::bit_cast<std::uint64_t>(magnitude + 0.0) >> kDropped;
+  }
 
-  std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(std::size_t{1} << (63 - kDropped));
+  std::vector<std::uint64_t> counts_ =
+      std::vector<std::uint64_t>(std::size_t{1} << (63 - kDropped));
   std::uint64_t total_ = 0;
 };
 

@@ -5,7 +5,8 @@
 // bytes lie in blocks of exactly their size), hang, or hold more memory than a small file can
 // excuse.
 //
-// Deterministic: damage k of a codec is the same in every run; a failure names k. ./check does a share of them,
+// Deterministic: damage k of a codec is the same in every run; a failure names k. ./check does a
+// share of them,
 //   CVRBENCH_DAMAGES=10000 build/bin/test_fuzz
 // that many of each kind for each codec, and says how they ended: ctest -L slow. tests/fuzz/targets
 // holds the same for libFuzzer.

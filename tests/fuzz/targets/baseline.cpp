@@ -1,5 +1,6 @@
 // A file of exact figures, read and compared with itself.
 #include "experiments/tracking/baseline.hpp"
+
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(baseline, input) {

@@ -1,5 +1,6 @@
 // journal.jsonl: read as a run that goes on would, and appended to.
 #include "experiments/run/journal.hpp"
+
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(journal, input) {

@@ -1,5 +1,6 @@
 // A file of published figures.
 #include "experiments/config/published.hpp"
+
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(published, input) {

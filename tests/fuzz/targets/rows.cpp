@@ -1,5 +1,6 @@
 // rows.jsonl: read, compared with itself, and appended to.
 #include "experiments/results/rows.hpp"
+
 #include "experiments/tracking/comparison.hpp"
 #include "tests/fuzz/input_files.hpp"
 

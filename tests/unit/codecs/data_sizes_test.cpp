@@ -1,4 +1,5 @@
-// Exact sizes on the real volumes of the folder CVRBENCH_DATA. Whoever changes a size changes it here.
+// Exact sizes on the real volumes of the folder CVRBENCH_DATA. Whoever changes a size changes it
+// here.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -84,7 +85,8 @@ TEST_P(DataSizes, AreExact) {
 
 INSTANTIATE_TEST_SUITE_P(Peers, DataSizes, testing::ValuesIn(kRows),
                          [](const testing::TestParamInfo<Row>& info) {
-                           std::string name = std::string(info.param.volume) + "_" + info.param.codec;
+                           std::string name =
+                               std::string(info.param.volume) + "_" + info.param.codec;
                            for (char& c : name) {
                              if (c == '-') c = '_';
                            }

@@ -1,11 +1,11 @@
 // The distinct labels of a volume, whatever lengths of equal labels it is made of.
+#include "codecs/label_codes.hpp"
+
 #include <gtest/gtest.h>
 
 #include <random>
 #include <set>
 #include <vector>
-
-#include "codecs/label_codes.hpp"
 
 namespace cvr::codecs {
 namespace {
@@ -24,13 +24,15 @@ TYPED_TEST(DistinctLabelsOf, AreAllFoundInRunsOfAnyLength) {
       std::vector<TypeParam> labels;
       const std::size_t size = 1 + random() % 5000;
       while (labels.size() < size) {
-        const auto label = static_cast<TypeParam>(random() & (part % 2 == 0 ? 0x1fu : 0xff000000000000ffu));
+        const auto label =
+            static_cast<TypeParam>(random() & (part % 2 == 0 ? 0x1fu : 0xff000000000000ffu));
         labels.insert(labels.end(), 1 + random() % longest, label);
         expected.insert(label);
       }
       distinct.add(part % 2, std::span<const TypeParam>(labels));
     }
-    EXPECT_EQ(distinct.take(), std::vector<std::uint64_t>(expected.begin(), expected.end())) << "runs of up to " << longest;
+    EXPECT_EQ(distinct.take(), std::vector<std::uint64_t>(expected.begin(), expected.end()))
+        << "runs of up to " << longest;
     EXPECT_TRUE(distinct.take().empty());
   }
 }

@@ -92,7 +92,8 @@ class ThinSink final : public SlabSink {
 };
 
 bool equal(const Volume& a, const Volume& b) {
-  return a.bytes().size() == b.bytes().size() && std::memcmp(a.data(), b.data(), a.bytes().size()) == 0;
+  return a.bytes().size() == b.bytes().size() &&
+         std::memcmp(a.data(), b.data(), a.bytes().size()) == 0;
 }
 
 TEST_P(Peers, RoundTripsEveryTypeExtentAndContent) {
@@ -171,7 +172,8 @@ TEST_P(Peers, DamagedBytesNeverCrash) {
     const unsigned edits = 1 + test::mix(trial) % 3;
     for (unsigned i = 0; i < edits; ++i) {
       const std::uint64_t random = test::mix(trial * 8 + i);
-      damaged.data()[random % damaged.size()] = static_cast<std::byte>(trial % 4 == 0 ? 0xff : random >> 40);
+      damaged.data()[random % damaged.size()] =
+          static_cast<std::byte>(trial % 4 == 0 ? 0xff : random >> 40);
     }
     const auto decoded = try_decode(volume.info(), damaged.bytes());
     if (decoded) {
@@ -184,7 +186,8 @@ TEST_P(Peers, AnnouncedExtentsAreRefusedBeforeMemoryIsTaken) {
   const Volume volume = sample_volume(Content::kZero, {8, 8, 8}, VoxelType::kU8);
   const Payload payload = encode(volumes::MemorySource(volume));
   const std::uint64_t edge = std::uint64_t{1} << 40;
-  for (const Extent& extent : {Extent{edge, 1024, 1}, Extent{1, edge, 1024}, Extent{1024, 1, edge}}) {
+  for (const Extent& extent :
+       {Extent{edge, 1024, 1}, Extent{1, edge, 1024}, Extent{1024, 1, edge}}) {
     VolumeInfo info = volume.info();
     info.extent = extent;
     EXPECT_FALSE(codec().open(stream(info, payload.bytes.bytes())));
@@ -194,7 +197,8 @@ TEST_P(Peers, AnnouncedExtentsAreRefusedBeforeMemoryIsTaken) {
 TEST_P(Peers, AnotherExtentIsAnErrorOrAnAnswer) {
   const Volume volume = sample_volume(Content::kCells, {13, 9, 11}, VoxelType::kU16);
   const Payload payload = encode(volumes::MemorySource(volume));
-  for (const Extent& extent : {Extent{1, 1, 1}, Extent{9, 13, 11}, Extent{130, 9, 11}, Extent{13, 90, 1}}) {
+  for (const Extent& extent :
+       {Extent{1, 1, 1}, Extent{9, 13, 11}, Extent{130, 9, 11}, Extent{13, 90, 1}}) {
     VolumeInfo info = volume.info();
     info.extent = extent;
     const auto decoded = try_decode(info, payload.bytes.bytes());
@@ -227,10 +231,12 @@ std::string case_name(const testing::TestParamInfo<Case>& info) {
 INSTANTIATE_TEST_SUITE_P(
     All, Peers,
     testing::Values(Case{"zstd", {}}, Case{"zstd", {"level=9"}}, Case{"lzma", {"level=1"}},
-                    Case{"hdf5-gzip", {}}, Case{"hdf5-gzip", {"chunk=16,5,4", "level=1", "shuffle=1"}},
-                    Case{"neuroglancer", {}}, Case{"compresso", {}}, Case{"compresso", {"window=4,4,4"}},
-                    Case{"compresso", {"window=5,3,2"}}, Case{"compresso", {"window=64,1,1"}},
-                    Case{"compresso-lzma", {}}, Case{"neuroglancer", {"block=8,4,2", "chunk=24"}},
+                    Case{"hdf5-gzip", {}},
+                    Case{"hdf5-gzip", {"chunk=16,5,4", "level=1", "shuffle=1"}},
+                    Case{"neuroglancer", {}}, Case{"compresso", {}},
+                    Case{"compresso", {"window=4,4,4"}}, Case{"compresso", {"window=5,3,2"}},
+                    Case{"compresso", {"window=64,1,1"}}, Case{"compresso-lzma", {}},
+                    Case{"neuroglancer", {"block=8,4,2", "chunk=24"}},
                     Case{"neuroglancer", {"block=3,5,7", "chunk=20", "levels=3"}}),
     case_name);
 

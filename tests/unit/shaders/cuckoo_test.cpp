@@ -1,5 +1,7 @@
-// The hash functions of the voxel cache, and a table over them: positions and keys of every size of table, the values themselves, their
-// spread, and cells that collide in each way there is.
+// The hash functions of the voxel cache, and a table over them: positions and keys of every size of
+// table, the values themselves, their spread, and cells that collide in each way there is.
+#include "tests/samples/cuckoo.hpp"
+
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -7,7 +9,6 @@
 #include <random>
 
 #include "shaders/shared/shared.hpp"
-#include "tests/samples/cuckoo.hpp"
 
 namespace cvr {
 namespace {
@@ -17,7 +18,9 @@ using samples::CuckooTable;
 
 constexpr std::uint32_t kAllOnes = 0x7fffffffu;  ///< of the 31 bits of a key
 
-std::uint32_t bits_of(std::uint32_t size) { return static_cast<std::uint32_t>(std::bit_width(size - 1)); }
+std::uint32_t bits_of(std::uint32_t size) {
+  return static_cast<std::uint32_t>(std::bit_width(size - 1));
+}
 
 std::vector<CuckooCell> box(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
   std::vector<CuckooCell> cells;
@@ -31,7 +34,8 @@ std::vector<CuckooCell> box(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
 
 TEST(Cuckoo, PositionsLieInTablesOfEverySize) {
   std::mt19937 random(5);
-  std::vector<CuckooCell> cells{{0, 0, 0, 0}, {UINT32_MAX, UINT32_MAX, UINT32_MAX, 6}, {32767, 32767, 32767, 6}};
+  std::vector<CuckooCell> cells{
+      {0, 0, 0, 0}, {UINT32_MAX, UINT32_MAX, UINT32_MAX, 6}, {32767, 32767, 32767, 6}};
   for (int i = 0; i < 2000; ++i) {
     const auto axis = [&] { return static_cast<std::uint32_t>(random()) & 32767; };
     cells.push_back({axis(), axis(), axis(), static_cast<std::uint32_t>(random()) % 7});
@@ -46,8 +50,8 @@ TEST(Cuckoo, PositionsLieInTablesOfEverySize) {
     const std::uint32_t bits = bits_of(size);
     for (const CuckooCell& c : cells) {
       const std::uint32_t first = shaders::cvr_cuckoo_first(c.x, c.y, c.z, bits, size);
-      const std::uint32_t second =
-          shaders::cvr_cuckoo_second(shaders::cvr_cuckoo_key(c.x, c.y, c.z, c.lod), first, bits, size);
+      const std::uint32_t second = shaders::cvr_cuckoo_second(
+          shaders::cvr_cuckoo_key(c.x, c.y, c.z, c.lod), first, bits, size);
       ASSERT_LT(first, size) << c.x << " " << c.y << " " << c.z;
       ASSERT_LT(second, size) << c.x << " " << c.y << " " << c.z << " of level " << c.lod;
     }
@@ -71,7 +75,8 @@ std::uint32_t unguarded_key(std::uint32_t x, std::uint32_t y, std::uint32_t z, s
 }
 
 TEST(Cuckoo, NoKeyIsAllOnes) {
-  // The first cell in the order of z, y, x within 1024 x 1024 x 1024 whose key would be: an entry with it would look free once it is moved.
+  // The first cell in the order of z, y, x within 1024 x 1024 x 1024 whose key would be: an entry
+  // with it would look free once it is moved.
   ASSERT_EQ(unguarded_key(853, 561, 453, 0), kAllOnes);
   EXPECT_EQ(CuckooTable::key({853, 561, 453, 0}), kAllOnes - 1);
   for (const CuckooCell& cell : box(64, 64, 64)) {
@@ -104,7 +109,8 @@ TEST(Cuckoo, ValuesAreTheseAndNoOthers) {
   }
 }
 
-/// How many standard deviations chi-square is off its mean, when positions below 2^bits - size are twice as likely as others.
+/// How many standard deviations chi-square is off its mean, when positions below 2^bits - size are
+/// twice as likely as others.
 double deviations(const std::vector<std::uint32_t>& counts) {
   const auto size = static_cast<std::uint32_t>(counts.size());
   const double words = std::exp2(bits_of(size));
@@ -130,8 +136,10 @@ TEST(Cuckoo, NeighboursSpreadOverTheTable) {
         ++firsts[table.first(cell)];
         ++seconds[table.second(cell)];
       }
-      EXPECT_LT(std::abs(deviations(firsts)), 6) << size << " first, from " << from.x << " " << from.y << " " << from.z;
-      EXPECT_LT(std::abs(deviations(seconds)), 6) << size << " second, from " << from.x << " " << from.y << " " << from.z;
+      EXPECT_LT(std::abs(deviations(firsts)), 6)
+          << size << " first, from " << from.x << " " << from.y << " " << from.z;
+      EXPECT_LT(std::abs(deviations(seconds)), 6)
+          << size << " second, from " << from.x << " " << from.y << " " << from.z;
     }
   }
 }
@@ -172,7 +180,8 @@ TEST(Cuckoo, CellsOfOnePositionMoveAndAreLost) {
 }
 
 TEST(Cuckoo, ATableCannotTellCellsOfOneKeyAndPositionApart) {
-  // 31 bits of key and 6 or 17 of the position: small tables have such cells soon, those of a mebibyte at some size.
+  // 31 bits of key and 6 or 17 of the position: small tables have such cells soon, those of a
+  // mebibyte at some size.
   for (const std::uint32_t least : {64u, 131072u}) {
     const auto found = samples::find_key_collision(box(64, 64, 64), least);
     ASSERT_TRUE(found) << least;

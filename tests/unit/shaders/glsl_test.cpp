@@ -1,5 +1,6 @@
-// The decoder texts as GLSL: each, wrapped in a small kernel with the constants of a real encoding, compiles for Vulkan 1.3; with
-// the brick in device memory and, where the encoding has such a piece, in shared memory.
+// The decoder texts as GLSL: each, wrapped in a small kernel with the constants of a real encoding,
+// compiles for Vulkan 1.3; with the brick in device memory and, where the encoding has such a
+// piece, in shared memory.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -76,10 +77,13 @@ std::string kernel(const GpuEncoding& encoding, bool shared, bool count) {
   std::string_view prelude = kPrelude;
   const auto first_line = prelude.find('\n') + 1;
   text << prelude.substr(0, first_line);
-  if (shared) text << "#define CVR_WORDS_SHARED\n#define CVR_SHARED_WORDS " << encoding.shared_words << '\n';
+  if (shared)
+    text << "#define CVR_WORDS_SHARED\n#define CVR_SHARED_WORDS " << encoding.shared_words << '\n';
   text << prelude.substr(first_line);
-  text << "#define CVR_LEVELS " << encoding.levels << "\n#define CVR_BRICK_SHIFT " << encoding.levels - 1 << '\n';
-  for (const auto& [name, value] : encoding.constants) text << "#define " << name << ' ' << value << '\n';
+  text << "#define CVR_LEVELS " << encoding.levels << "\n#define CVR_BRICK_SHIFT "
+       << encoding.levels - 1 << '\n';
+  for (const auto& [name, value] : encoding.constants)
+    text << "#define " << name << ' ' << value << '\n';
   text << "#define CVR_COUNT_HOPS(n)" << (count ? " hops_counted += (n)" : "") << '\n';
   text << "#include \"shaders/decode/" << encoding.decoder << ".glsl\"\n";
   if (encoding.voxel_access) text << "#define TEST_CELLS\n";
@@ -88,16 +92,20 @@ std::string kernel(const GpuEncoding& encoding, bool shared, bool count) {
   return text.str();
 }
 
-/// Compiles in a folder of its own; the compiler's words, empty if it had nothing to say against the text.
+/// Compiles in a folder of its own; the compiler's words, empty if it had nothing to say against
+/// the text.
 class Compiler {
  public:
-  Compiler() : folder_(fs::temp_directory_path() / fmt::format("decode_texts_{}", getpid())) { fs::create_directories(folder_); }
+  Compiler() : folder_(fs::temp_directory_path() / fmt::format("decode_texts_{}", getpid())) {
+    fs::create_directories(folder_);
+  }
   ~Compiler() { fs::remove_all(folder_); }
   std::string errors(const std::string& text) {
     const fs::path source = folder_ / "kernel.comp", log = folder_ / "log";
     std::ofstream(source) << text;
-    const std::string command = fmt::format("'{}' --target-env vulkan1.3 '-I{}' -o '{}' '{}' > '{}' 2>&1", CVR_GLSLANG,
-                                            CVR_SOURCE_DIR, (folder_ / "kernel.spv").string(), source.string(), log.string());
+    const std::string command = fmt::format(
+        "'{}' --target-env vulkan1.3 '-I{}' -o '{}' '{}' > '{}' 2>&1", CVR_GLSLANG, CVR_SOURCE_DIR,
+        (folder_ / "kernel.spv").string(), source.string(), log.string());
     if (std::system(command.c_str()) == 0) return {};
     std::ostringstream words;
     words << "glslangValidator refuses the kernel:\n" << std::ifstream(log).rdbuf();
@@ -112,7 +120,8 @@ void expect_compiles(Compiler& compiler, const std::string& name, const GpuEncod
   for (const bool shared : {false, true}) {
     if (shared && encoding.shared_words == 0) continue;
     for (const bool count : {false, true}) {
-      EXPECT_EQ(compiler.errors(kernel(encoding, shared, count)), "") << name << (shared ? ", in shared memory" : "");
+      EXPECT_EQ(compiler.errors(kernel(encoding, shared, count)), "")
+          << name << (shared ? ", in shared memory" : "");
     }
   }
 }
@@ -122,7 +131,8 @@ TEST(DecodeTextsAsGlsl, CompileWithTheConstantsOfEveryCodec) {
   std::set<std::string> seen;
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     if (!codec->traits().gpu_decodable) continue;
-    for (const std::string sample : {"blobs_u8", "blobs_u16", "blobs_u32", "blobs_u64", "one_label_2pow64_minus_1_u64"}) {
+    for (const std::string sample :
+         {"blobs_u8", "blobs_u16", "blobs_u32", "blobs_u64", "one_label_2pow64_minus_1_u64"}) {
       const volumes::Volume volume = samples::sample(sample).volume();
       for (const codecs::Parameters& parameters : samples::parameter_corners(*codec)) {
         const auto encoded = codecs::encode(*codec, volumes::MemorySource(volume), parameters, 1);
@@ -133,7 +143,8 @@ TEST(DecodeTextsAsGlsl, CompileWithTheConstantsOfEveryCodec) {
         ASSERT_TRUE(encoding) << encoding.error().message;
         // Each set of constants once.
         std::string constants = encoding->decoder + std::to_string(encoding->levels);
-        for (const auto& [name, value] : encoding->constants) constants += fmt::format(" {}={}", name, value);
+        for (const auto& [name, value] : encoding->constants)
+          constants += fmt::format(" {}={}", name, value);
         if (!seen.insert(constants).second) continue;
         expect_compiles(compiler, fmt::format("{} ({})", codec->traits().id, constants), *encoding);
         if (HasFailure()) return;
@@ -147,7 +158,9 @@ TEST(DecodeTextsAsGlsl, AMistakeIsNoticed) {
   Compiler compiler;
   GpuEncoding encoding{.decoder = "csgvr_nibble", .levels = 6, .voxel_access = true};
   EXPECT_EQ(compiler.errors(kernel(encoding, false, false)), "");
-  EXPECT_NE(compiler.errors(kernel(encoding, false, false) + "uint unfinished() { return CVR_NO_SUCH_NAME; }\n"), "");
+  EXPECT_NE(compiler.errors(kernel(encoding, false, false) +
+                            "uint unfinished() { return CVR_NO_SUCH_NAME; }\n"),
+            "");
 }
 
 }  // namespace

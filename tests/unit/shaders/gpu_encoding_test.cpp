@@ -1,4 +1,5 @@
-// What the decoder texts compute from the buffers of a GpuEncoding equals what the decoder gives, for all sample volumes.
+// What the decoder texts compute from the buffers of a GpuEncoding equals what the decoder gives,
+// for all sample volumes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,8 +8,8 @@
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
 #include "shaders/shared/shared.hpp"
-#include "tests/samples/shared_decoders.hpp"
 #include "tests/samples/sample_volumes.hpp"
+#include "tests/samples/shared_decoders.hpp"
 
 namespace cvr {
 namespace {
@@ -26,7 +27,8 @@ constexpr std::uint64_t kCells = 3000;
 
 /// A stream of a codec, opened, and all that its levels should be.
 struct Opened {
-  Opened(const Codec& codec, const Parameters& parameters, const Volume& original) : volume(original) {
+  Opened(const Codec& codec, const Parameters& parameters, const Volume& original)
+      : volume(original) {
     auto encoded = codecs::encode(codec, volumes::MemorySource(original), parameters, 1);
     if (!encoded) throw std::runtime_error(encoded.error().message);
     bytes = std::move(encoded->bytes);
@@ -34,7 +36,8 @@ struct Opened {
     if (!file) throw std::runtime_error(file.error().message);
     decoder = std::move(*codecs::open_decoder(*file));
   }
-  /// A level as the decoder gives it, or by the pyramid's definition where the stream has fewer levels.
+  /// A level as the decoder gives it, or by the pyramid's definition where the stream has fewer
+  /// levels.
   Volume level(unsigned lod) const {
     if (lod >= decoder->levels()) return samples::label_pyramid(volume, lod);
     volumes::VolumeSink sink(codecs::level_info(volume.info(), lod));
@@ -51,14 +54,16 @@ void expect_cells(const samples::DecodeText& text, const Volume& truth, unsigned
   const Extent& e = truth.extent();
   const std::uint64_t stride = std::max<std::uint64_t>(1, e.voxels() / kCells);
   std::uint64_t wrong = 0;
-  for (std::uint64_t i = 0; i < e.voxels(); i = i + stride < e.voxels() || i + 1 == e.voxels() ? i + stride : e.voxels() - 1) {
+  for (std::uint64_t i = 0; i < e.voxels();
+       i = i + stride < e.voxels() || i + 1 == e.voxels() ? i + stride : e.voxels() - 1) {
     const Coordinate c{i % e.x, i / e.x % e.y, i / e.x / e.y};
     if (text.label(text.cell(c, lod)) != truth.label(c)) ++wrong;
   }
   EXPECT_EQ(wrong, 0u) << "cells of level " << lod;
 }
 
-void expect_bricks(const samples::DecodeText& text, const Volume& truth, unsigned lod, std::uint32_t brick) {
+void expect_bricks(const samples::DecodeText& text, const Volume& truth, unsigned lod,
+                   std::uint32_t brick) {
   const std::uint32_t side = brick >> lod;
   const Extent& grid = text.grid();
   for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
@@ -66,7 +71,8 @@ void expect_bricks(const samples::DecodeText& text, const Volume& truth, unsigne
     const std::vector<std::uint32_t> codes = text.brick(at, lod);
     std::uint64_t wrong = 0;
     for (std::uint32_t n = 0; n < codes.size(); ++n) {
-      const Coordinate c{at.x * side + shaders::cvr_morton_gather(n), at.y * side + shaders::cvr_morton_gather(n >> 1),
+      const Coordinate c{at.x * side + shaders::cvr_morton_gather(n),
+                         at.y * side + shaders::cvr_morton_gather(n >> 1),
                          at.z * side + shaders::cvr_morton_gather(n >> 2)};
       if (truth.extent().contains(c) && text.label(codes[n]) != truth.label(c)) ++wrong;
     }
@@ -74,8 +80,10 @@ void expect_bricks(const samples::DecodeText& text, const Volume& truth, unsigne
   }
 }
 
-/// Roots, and which bricks hold a label: for each brick every label of the volume that it holds, and one that it does not.
-void expect_visibility(const samples::DecodeText& text, const GpuEncoding& encoding, const Volume& finest) {
+/// Roots, and which bricks hold a label: for each brick every label of the volume that it holds,
+/// and one that it does not.
+void expect_visibility(const samples::DecodeText& text, const GpuEncoding& encoding,
+                       const Volume& finest) {
   const Extent& grid = text.grid();
   for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
     const Coordinate at{i % grid.x, i / grid.x % grid.y, i / grid.x / grid.y};
@@ -83,7 +91,8 @@ void expect_visibility(const samples::DecodeText& text, const GpuEncoding& encod
     const std::uint32_t b = encoding.brick;
     for (std::uint64_t z = at.z * b; z < std::min(finest.extent().z, (at.z + 1) * b); ++z) {
       for (std::uint64_t y = at.y * b; y < std::min(finest.extent().y, (at.y + 1) * b); ++y) {
-        for (std::uint64_t x = at.x * b; x < std::min(finest.extent().x, (at.x + 1) * b); ++x) held.insert(finest.label({x, y, z}));
+        for (std::uint64_t x = at.x * b; x < std::min(finest.extent().x, (at.x + 1) * b); ++x)
+          held.insert(finest.label({x, y, z}));
       }
     }
     std::size_t asked = 0;
@@ -92,12 +101,14 @@ void expect_visibility(const samples::DecodeText& text, const GpuEncoding& encod
       const bool shown = text.visible(at, [&](std::uint32_t c) { return c == code; });
       EXPECT_EQ(shown, held.contains(text.label(code))) << "brick " << i << ", code " << code;
     }
-    EXPECT_TRUE(text.visible(at, [&](std::uint32_t c) { return text.label(c) == *held.rbegin(); })) << "brick " << i;
+    EXPECT_TRUE(text.visible(at, [&](std::uint32_t c) { return text.label(c) == *held.rbegin(); }))
+        << "brick " << i;
     EXPECT_TRUE(held.contains(text.label(text.root(at)))) << "brick " << i;
   }
 }
 
-void expect_codes(const samples::DecodeText& text, const GpuEncoding& encoding, const Volume& finest) {
+void expect_codes(const samples::DecodeText& text, const GpuEncoding& encoding,
+                  const Volume& finest) {
   std::set<std::uint64_t> labels;
   for (std::uint64_t i = 0; i < finest.extent().voxels(); ++i) {
     labels.insert(finest.label({i % finest.extent().x, i / finest.extent().x % finest.extent().y,
@@ -108,7 +119,8 @@ void expect_codes(const samples::DecodeText& text, const GpuEncoding& encoding, 
   EXPECT_TRUE(std::ranges::equal(coded, labels));
 }
 
-void expect_all(const Codec& codec, const Parameters& parameters, const Volume& volume, std::uint32_t brick) {
+void expect_all(const Codec& codec, const Parameters& parameters, const Volume& volume,
+                std::uint32_t brick) {
   const Opened opened(codec, parameters, volume);
   const auto encoding = opened.decoder->gpu_encoding(brick, 2);
   ASSERT_TRUE(encoding) << encoding.error().message;
@@ -126,7 +138,8 @@ void expect_all(const Codec& codec, const Parameters& parameters, const Volume& 
 }
 
 bool has_bricks(const Codec& codec) {
-  return std::ranges::any_of(codec.parameters(), [](const auto& spec) { return spec.name == "brick"; });
+  return std::ranges::any_of(codec.parameters(),
+                             [](const auto& spec) { return spec.name == "brick"; });
 }
 
 struct Case {
@@ -147,7 +160,8 @@ std::vector<Case> cases() {
       }
     }
   }
-  // Many chunks; edges of chunks and blocks that are no powers of two; as many levels as a brick needs, and more.
+  // Many chunks; edges of chunks and blocks that are no powers of two; as many levels as a brick
+  // needs, and more.
   const codecs::Codec& neuroglancer = *codecs::find_codec("neuroglancer");
   for (const std::vector<std::string>& set : {std::vector<std::string>{"chunk=16", "levels=2"},
                                               {"chunk=20", "block=7,4,3", "levels=3"},
@@ -164,7 +178,8 @@ TEST_P(EveryGpuEncoding, EqualsTheDecoderOnTheZoo) {
   const auto& [codec, parameters, brick] = GetParam();
   unsigned done = 0;
   for (const samples::SampleVolume& sample : samples::sample_volumes()) {
-    if (sample.info.kind != volumes::VolumeKind::kLabels || !samples::accepts(*codec, sample.info)) continue;
+    if (sample.info.kind != volumes::VolumeKind::kLabels || !samples::accepts(*codec, sample.info))
+      continue;
     SCOPED_TRACE(sample.name);
     expect_all(*codec, parameters, sample.volume(), brick);
     ++done;
@@ -174,7 +189,8 @@ TEST_P(EveryGpuEncoding, EqualsTheDecoderOnTheZoo) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Codecs, EveryGpuEncoding, testing::ValuesIn(cases()), [](const auto& p) {
-  return samples::test_name(*p.param.codec, p.param.parameters) + "_edge_" + std::to_string(p.param.brick);
+  return samples::test_name(*p.param.codec, p.param.parameters) + "_edge_" +
+         std::to_string(p.param.brick);
 });
 
 Opened opened(const std::string& codec, const Volume& volume) {
@@ -186,7 +202,8 @@ TEST(GpuEncoding, IsRefusedByCodecsWithoutText) {
   const Volume volume = samples::sample("blobs_u8").volume();
   for (const Codec* codec : codecs::all_codecs()) {
     if (!codecs::accepts(codec->traits(), volume.info())) continue;
-    const auto encoding = opened(std::string(codec->traits().id), volume).decoder->gpu_encoding(0, 1);
+    const auto encoding =
+        opened(std::string(codec->traits().id), volume).decoder->gpu_encoding(0, 1);
     EXPECT_EQ(encoding.has_value(), codec->traits().gpu_decodable) << codec->traits().id;
     if (!encoding) {
       EXPECT_EQ(encoding.error().code, codecs::ErrorCode::kUnsupported) << codec->traits().id;
@@ -203,12 +220,14 @@ TEST(GpuEncoding, IsRefusedForScalars) {
 
 TEST(GpuEncoding, ServesTheBrickEdgesThatItSays) {
   const Volume volume = samples::sample("blobs_u8").volume();
-  for (const std::string codec : {"csgv-nibble", "csgv-rans", "csgvr-nibble", "csgvr", "csgvr-sb"}) {
+  for (const std::string codec :
+       {"csgv-nibble", "csgv-rans", "csgvr-nibble", "csgvr", "csgvr-sb"}) {
     const Opened stream = opened(codec, volume);
     EXPECT_EQ(stream.decoder->gpu_encoding(0, 1)->brick, 32u);
     EXPECT_TRUE(stream.decoder->gpu_encoding(32, 1));
     for (const std::uint32_t edge : {16u, 64u}) {
-      EXPECT_EQ(stream.decoder->gpu_encoding(edge, 1).error().code, codecs::ErrorCode::kBadArgument) << codec;
+      EXPECT_EQ(stream.decoder->gpu_encoding(edge, 1).error().code, codecs::ErrorCode::kBadArgument)
+          << codec;
     }
   }
   for (const std::string codec : {"raw", "neuroglancer"}) {
@@ -216,7 +235,8 @@ TEST(GpuEncoding, ServesTheBrickEdgesThatItSays) {
     EXPECT_EQ(stream.decoder->gpu_encoding(0, 1)->brick, 32u);
     EXPECT_EQ(stream.decoder->gpu_encoding(8, 1)->levels, 4u);
     for (const std::uint32_t edge : {1u, 24u, 128u}) {
-      EXPECT_EQ(stream.decoder->gpu_encoding(edge, 1).error().code, codecs::ErrorCode::kBadArgument) << codec;
+      EXPECT_EQ(stream.decoder->gpu_encoding(edge, 1).error().code, codecs::ErrorCode::kBadArgument)
+          << codec;
     }
   }
 }
@@ -233,14 +253,17 @@ TEST(GpuEncoding, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(one->shared_words, many->shared_words);
     ASSERT_EQ(one->buffers.size(), many->buffers.size());
     for (std::size_t i = 0; i < one->buffers.size(); ++i) {
-      EXPECT_TRUE(std::ranges::equal(one->buffers[i].bytes, many->buffers[i].bytes)) << codec->traits().id << ' ' << i;
+      EXPECT_TRUE(std::ranges::equal(one->buffers[i].bytes, many->buffers[i].bytes))
+          << codec->traits().id << ' ' << i;
     }
   }
 }
 
 TEST(GpuEncoding, StoresNarrowLabelsNarrow) {
-  // u64 labels that fit in 32 bits take 32 bits in raw, and need no remap anywhere; others are remapped.
-  const Volume narrow = samples::sample("blobs_u64").volume(), wide = samples::sample("labels_above_2pow32_u64").volume();
+  // u64 labels that fit in 32 bits take 32 bits in raw, and need no remap anywhere; others are
+  // remapped.
+  const Volume narrow = samples::sample("blobs_u64").volume(),
+               wide = samples::sample("labels_above_2pow32_u64").volume();
   for (const std::string codec : {"raw", "neuroglancer", "csgvr"}) {
     const Opened small = opened(codec, narrow), large = opened(codec, wide);
     EXPECT_TRUE(small.decoder->gpu_encoding(0, 1)->remap.empty()) << codec;

@@ -60,7 +60,11 @@ TEST(ParallelFor, VisitsEveryIndexOnceAndRethrows) {
       ++visits[i];
     });
     for (const auto& n : visits) EXPECT_EQ(n, 1);
-    EXPECT_THROW(parallel_for(threads, 10, [](unsigned, std::uint64_t i) { if (i == 3) throw InputError("x"); }), InputError);
+    EXPECT_THROW(parallel_for(threads, 10,
+                              [](unsigned, std::uint64_t i) {
+                                if (i == 3) throw InputError("x");
+                              }),
+                 InputError);
   }
 }
 

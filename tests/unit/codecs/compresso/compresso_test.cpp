@@ -32,8 +32,8 @@ struct Written {
     return *this;
   }
 };
-Written header(std::uint64_t ids, std::uint64_t windows, std::uint64_t locations, std::uint64_t words,
-               std::uint32_t bytes) {
+Written header(std::uint64_t ids, std::uint64_t windows, std::uint64_t locations,
+               std::uint64_t words, std::uint32_t bytes) {
   Written written;
   written.put<std::uint64_t>({ids, windows, locations, words}).put<std::uint32_t>({bytes, 0});
   return written;
@@ -44,9 +44,9 @@ Written header(std::uint64_t ids, std::uint64_t windows, std::uint64_t locations
 ///           7 7 9               . # .
 ///   z = 1:  7 8 8    boundary:  # # .    (0, 0) right, (1, 0) down; (0, 1) and (1, 1) right
 ///           7 9 8               # # .
-/// Slice 0: components {(0,0),(0,1)} = 7 and {(2,0),(2,1)} = 9. (1,0) and (1,1) take their left neighbour's
-/// label. Slice 1: component {(2,0),(2,1)} = 8. Locations: (0,0) is 7 like the voxel below: 4. (1,0) is 8
-/// like its right: 1.
+/// Slice 0: components {(0,0),(0,1)} = 7 and {(2,0),(2,1)} = 9. (1,0) and (1,1) take their left
+/// neighbour's label. Slice 1: component {(2,0),(2,1)} = 8. Locations: (0,0) is 7 like the voxel
+/// below: 4. (1,0) is 8 like its right: 1.
 ///          (0,1) is 7 like below: 4. (1,1) is 9: no neighbour that counts, so 9 + 7 = 16.
 /// Windows: slice 0: x 0..1: bits 1 and 3 = 10; x 2: 0. Slice 1: all four bits = 15; 0.
 Volume example() {
@@ -104,7 +104,8 @@ TEST(Compresso, LargestLabelsTakeAnEscape) {
 }
 
 TEST(Compresso, WordsWidenWithTheIndices) {
-  // 1-voxel-high windows of 8 bits: 256 distinct windows do not fit words of 8 bits (indices up to 127).
+  // 1-voxel-high windows of 8 bits: 256 distinct windows do not fit words of 8 bits (indices up to
+  // 127).
   std::vector<std::uint8_t> labels;
   for (unsigned row = 0; row < 256; ++row) {
     std::uint8_t label = 0;
@@ -131,7 +132,8 @@ TEST(Compresso, WordsWidenWithTheIndices) {
 
 TEST(Compresso, RefusesWindowsOfMoreThan64Voxels) {
   const Volume volume = example();
-  const auto refused = codec().encode(volumes::MemorySource(volume), parameters({"window=8,8,2"}), 1);
+  const auto refused =
+      codec().encode(volumes::MemorySource(volume), parameters({"window=8,8,2"}), 1);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kBadArgument);
 }
@@ -170,11 +172,15 @@ TEST(Compresso, RefusesPayloadsThatNoEncoderWrites) {
   }
   // Words that stop early, ids that are left over.
   Written early = header(3, 3, 4, 3, 1);
-  early.put<std::uint16_t>({7, 9, 8}).put<std::uint8_t>({0, 10, 15}).put<std::uint16_t>({4, 1, 4, 16});
+  early.put<std::uint16_t>({7, 9, 8})
+      .put<std::uint8_t>({0, 10, 15})
+      .put<std::uint16_t>({4, 1, 4, 16});
   early.put<std::uint8_t>({2, 3, 4});
   EXPECT_EQ(decode(info, given, early.bytes).error().code, ErrorCode::kTruncated);
   Written surplus = header(4, 3, 4, 4, 1);
-  surplus.put<std::uint16_t>({7, 9, 8, 8}).put<std::uint8_t>({0, 10, 15}).put<std::uint16_t>({4, 1, 4, 16});
+  surplus.put<std::uint16_t>({7, 9, 8, 8})
+      .put<std::uint8_t>({0, 10, 15})
+      .put<std::uint16_t>({4, 1, 4, 16});
   surplus.put<std::uint8_t>({2, 3, 4, 3});
   EXPECT_EQ(decode(info, given, surplus.bytes).error().code, ErrorCode::kMalformed);
 }

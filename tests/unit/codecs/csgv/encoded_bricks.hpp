@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "codecs/registry.hpp"
-#include "tests/unit/codecs/csgv/naive_csgv.hpp"
 #include "tests/samples/sample_volumes.hpp"
+#include "tests/unit/codecs/csgv/naive_csgv.hpp"
 
 namespace cvr::naive {
 
@@ -31,7 +31,8 @@ struct Bricks {
   }
   Voxel voxel(std::size_t i) const {
     const auto s = static_cast<std::uint64_t>(side);
-    const volumes::Coordinate origin{i % grid.x * s, i / grid.x % grid.y * s, i / (grid.x * grid.y) * s};
+    const volumes::Coordinate origin{i % grid.x * s, i / grid.x % grid.y * s,
+                                     i / (grid.x * grid.y) * s};
     return [this, origin](int x, int y, int z, std::uint32_t& label) {
       const volumes::Coordinate c{origin.x + static_cast<std::uint64_t>(x),
                                   origin.y + static_cast<std::uint64_t>(y),

@@ -1,12 +1,14 @@
-// The label multigrid and the operations of one brick, once more, by their definitions alone: plain 3D
-// arrays, coordinates instead of Morton codes, one node at a time, no code of the codecs. Slow, and meant to
-// be compared with by eye.
+// The label multigrid and the operations of one brick, once more, by their definitions alone: plain
+// 3D arrays, coordinates instead of Morton codes, one node at a time, no code of the codecs. Slow,
+// and meant to be compared with by eye.
 //
 // Rules (CSGV-R paper, section 2.5, with the ties and borders of codecs/csgv/FORMAT.md):
 //   label      the most frequent of the valid children, on a tie the first in the order x, y, z; outside: no vote
 //   constant   all valid children have the same label and, above the second finest level, are constant
-//   operation  the first that fits: parent, neighbour x, y, z, last, delta (if enabled), advance; the root always advances
-//   neighbour  the node beside the own 2x2x2 block: at -1 of the same level, or the parent of the node at +1
+//   operation  the first that fits: parent, neighbour x, y, z, last, delta (if enabled), advance;
+//   the root always advances
+//   neighbour  the node beside the own 2x2x2 block: at -1 of the same level, or the parent of the
+//   node at +1
 #pragma once
 
 #include <algorithm>
@@ -36,8 +38,8 @@ using Grid = std::vector<Level>;
 using Voxel = std::function<bool(int x, int y, int z, std::uint32_t& label)>;
 
 inline Level coarser(const Level& fine, bool fine_is_finest) {
-  Level coarse{fine.side / 2, std::vector<Node>(static_cast<std::size_t>(fine.side / 2) * (fine.side / 2) *
-                                                (fine.side / 2))};
+  Level coarse{fine.side / 2, std::vector<Node>(static_cast<std::size_t>(fine.side / 2) *
+                                                (fine.side / 2) * (fine.side / 2))};
   for (int z = 0; z < coarse.side; ++z) {
     for (int y = 0; y < coarse.side; ++y) {
       for (int x = 0; x < coarse.side; ++x) {
@@ -71,7 +73,8 @@ inline Grid make_grid(int brick, const Voxel& voxel) {
   Level finest{brick, std::vector<Node>(static_cast<std::size_t>(brick) * brick * brick)};
   for (int z = 0; z < brick; ++z) {
     for (int y = 0; y < brick; ++y) {
-      for (int x = 0; x < brick; ++x) finest.at(x, y, z).valid = voxel(x, y, z, finest.at(x, y, z).label);
+      for (int x = 0; x < brick; ++x)
+        finest.at(x, y, z).valid = voxel(x, y, z, finest.at(x, y, z).label);
     }
   }
   grid.push_back(finest);
@@ -79,8 +82,8 @@ inline Grid make_grid(int brick, const Voxel& voxel) {
   return grid;
 }
 
-/// For formats that code every node: nodes outside take their parent's label; with nothing inside below, they
-/// are constant.
+/// For formats that code every node: nodes outside take their parent's label; with nothing inside
+/// below, they are constant.
 inline void fill_outside(Grid& grid) {
   for (std::size_t l = 1; l < grid.size(); ++l) {
     for (int z = 0; z < grid[l].side; ++z) {
@@ -133,7 +136,8 @@ inline Code choose(const Grid& grid, std::size_t l, const Position& p, const Opt
     const bool backwards = along % 2 == 0;
     along += backwards ? -1 : 1;
     if (along < 0 || along >= level.side) continue;
-    const Node& neighbour = backwards ? level.at(q.x, q.y, q.z) : above.at(q.x / 2, q.y / 2, q.z / 2);
+    const Node& neighbour =
+        backwards ? level.at(q.x, q.y, q.z) : above.at(q.x / 2, q.y / 2, q.z / 2);
     if ((neighbour.valid || options.keep_outside) && neighbour.label == label)
       return static_cast<Code>(kX + axis);
   }

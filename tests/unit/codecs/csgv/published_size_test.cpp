@@ -1,5 +1,5 @@
-// Sizes of the published formats on real volumes, against those that the authors' renderer writes: within 1 %.
-// 10^6 bytes of bricks and start table; rANS with tables fitted to all bricks.
+// Sizes of the published formats on real volumes, against those that the authors' renderer writes:
+// within 1 %. 10^6 bytes of bricks and start table; rANS with tables fitted to all bricks.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -72,7 +72,8 @@ TEST_P(PublishedSize, IsMetWithinOnePercent) {
     ASSERT_TRUE(payload) << payload.error().message;
     const double megabytes = static_cast<double>(payload->published_bytes) / 1e6;
     RecordProperty(std::string(kMethods[m].codec) + std::to_string(m), std::to_string(megabytes));
-    EXPECT_NEAR(megabytes / row.megabytes[m], 1.0, 0.01) << parameters.canonical() << ": " << megabytes;
+    EXPECT_NEAR(megabytes / row.megabytes[m], 1.0, 0.01)
+        << parameters.canonical() << ": " << megabytes;
   }
 }
 

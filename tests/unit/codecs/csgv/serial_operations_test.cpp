@@ -25,12 +25,14 @@ TEST_P(SerialOperations, NibblesAreTheNaiveOnes) {
       const Bricks bricks = encode_bricks(samples::sample(GetParam()).volume(), "csgv-nibble", side,
                                           {delta ? "delta=1" : "delta=0"});
       for (std::size_t i = 0; i < bricks.grid.voxels(); ++i) {
-        SCOPED_TRACE(testing::Message() << "brick " << i << " of side " << side << ", delta " << delta);
+        SCOPED_TRACE(testing::Message()
+                     << "brick " << i << " of side " << side << ", delta " << delta);
         const Operations naive =
             naive_operations(bricks, i, {.stop_bits = true, .keep_outside = false, .delta = delta});
         const auto words = bricks.brick(i);
         const std::size_t levels = naive.level_starts.size();
-        for (std::size_t l = 0; l < levels; ++l) ASSERT_EQ(words[l], naive.level_starts[l]) << "level " << l;
+        for (std::size_t l = 0; l < levels; ++l)
+          ASSERT_EQ(words[l], naive.level_starts[l]) << "level " << l;
         ASSERT_EQ(words[levels], naive.palette.size());
         const std::size_t operation_words = (naive.symbols.size() + 7) / 8;
         ASSERT_EQ(words.size(), levels + 1 + operation_words + naive.palette.size());
@@ -58,38 +60,41 @@ void count(const Operations& operations, Counts& counts) {
 }
 
 TEST(SerialOperations, RansTablesComeFromEveryNthBrickOfEachAxis) {
-  // 8 x 8 x 8 bricks: a stride of 2 leaves the 64 bricks that a pre-pass needs at least. Odd bricks hold
-  // noise, even bricks cells.
+  // 8 x 8 x 8 bricks: a stride of 2 leaves the 64 bricks that a pre-pass needs at least. Odd bricks
+  // hold noise, even bricks cells.
   const volumes::VolumeInfo info{
       .extent = {128, 127, 126}, .type = volumes::VoxelType::kU8, .voxel_unit = {}};
-  const Bricks bricks =
-      encode_bricks(samples::make_labels(info,
-                                     [](const volumes::Coordinate& c) -> std::uint64_t {
-                                       const bool odd = (c.x / 16 | c.y / 16 | c.z / 16) % 2 == 1;
-                                       const volumes::Extent e{128, 127, 126};
-                                       return odd ? samples::random_at(3, e.index(c)) : (c.x * 3 + c.y + c.z) / 9;
-                                     }),
-                    "csgv-rans", 16, {"sampling=2"});
+  const Bricks bricks = encode_bricks(
+      samples::make_labels(info,
+                           [](const volumes::Coordinate& c) -> std::uint64_t {
+                             const bool odd = (c.x / 16 | c.y / 16 | c.z / 16) % 2 == 1;
+                             const volumes::Extent e{128, 127, 126};
+                             return odd ? samples::random_at(3, e.index(c))
+                                        : (c.x * 3 + c.y + c.z) / 9;
+                           }),
+      "csgv-rans", 16, {"sampling=2"});
   Counts counts{};
   for (std::size_t i = 0; i < bricks.grid.voxels(); ++i) {
     const auto& g = bricks.grid;
     if (i % g.x % 2 != 0 || i / g.x % g.y % 2 != 0 || i / (g.x * g.y) % 2 != 0) continue;
-    count(naive_operations(bricks, i, {.stop_bits = true, .keep_outside = false, .delta = false}), counts);
+    count(naive_operations(bricks, i, {.stop_bits = true, .keep_outside = false, .delta = false}),
+          counts);
   }
   ASSERT_EQ(bricks.tables.size(), 64u);
   for (unsigned part = 0; part < 2; ++part) {
     const auto expected =
         codecs::entropy::RansTable::fit(counts[part], part == 0 ? 0x3f3f : 0x3f).frequencies();
     for (unsigned s = 0; s < 16; ++s) {
-      const int found = bricks.tables[32 * part + 2 * s] | bricks.tables[32 * part + 2 * s + 1] << 8;
+      const int found = bricks.tables[32 * part + 2 * s] | bricks.tables[32 * part + 2 * s + 1]
+                                                               << 8;
       EXPECT_EQ(found, expected[s]) << "table " << part << ", symbol " << s;
     }
   }
 }
 
 TEST(SerialOperations, RansStreamsHoldTheNaiveSymbols) {
-  const Bricks bricks = encode_bricks(samples::sample("odd_sides_65x33x70_u32").volume(), "csgv-rans", 32,
-                                      {"sampling=1", "delta=1"});
+  const Bricks bricks = encode_bricks(samples::sample("odd_sides_65x33x70_u32").volume(),
+                                      "csgv-rans", 32, {"sampling=1", "delta=1"});
   std::array<codecs::entropy::RansTable, 2> tables;
   for (unsigned part = 0; part < 2; ++part) {
     std::array<std::uint16_t, 16> frequencies;
@@ -112,7 +117,8 @@ TEST(SerialOperations, RansStreamsHoldTheNaiveSymbols) {
           << "symbol " << k;
     }
     EXPECT_FALSE(coarse.failed());
-    EXPECT_EQ(fine.failed(), naive.symbols.size() == naive.level_starts.back()) << "no symbols, no stream";
+    EXPECT_EQ(fine.failed(), naive.symbols.size() == naive.level_starts.back())
+        << "no symbols, no stream";
   }
 }
 
@@ -124,8 +130,8 @@ TEST(SerialOperations, DistancesAreBase8DigitsHighestFirst) {
   EXPECT_EQ(digits[1].nibble(), 8);
   EXPECT_EQ(digits[2].nibble(), 5);
   // Such distances must occur in what the tests above compare.
-  const Bricks bricks =
-      encode_bricks(samples::sample("noise_of_700_labels_u16").volume(), "csgv-nibble", 32, {"delta=1"});
+  const Bricks bricks = encode_bricks(samples::sample("noise_of_700_labels_u16").volume(),
+                                      "csgv-nibble", 32, {"delta=1"});
   const Operations naive =
       naive_operations(bricks, 0, {.stop_bits = true, .keep_outside = false, .delta = true});
   std::size_t longest = 0;

@@ -30,7 +30,8 @@ struct Coded {
 TEST(ContextStreams, GiveBackWhatWasPutWhateverTheLength) {
   std::mt19937 random(1);
   std::vector<Distribution> distributions;
-  for (int i = 0; i < 20; ++i) distributions.push_back(random_distribution(random, i % 2 == 0 ? kPossible[0] : kPossible[1]));
+  for (int i = 0; i < 20; ++i)
+    distributions.push_back(random_distribution(random, i % 2 == 0 ? kPossible[0] : kPossible[1]));
   std::vector<std::uint16_t> scratch;
   for (int length = 0; length < 300; ++length) {
     StreamEncoder encoder(scratch, static_cast<std::size_t>(length));
@@ -44,14 +45,18 @@ TEST(ContextStreams, GiveBackWhatWasPutWhateverTheLength) {
       }
     }
     for (std::size_t i = coded.size(); i-- > 0;) {
-      if (coded[i].distribution == ~std::size_t{0}) encoder.put_bits(coded[i].symbol, 12);
-      else encoder.put(distributions[coded[i].distribution], coded[i].symbol);
+      if (coded[i].distribution == ~std::size_t{0})
+        encoder.put_bits(coded[i].symbol, 12);
+      else
+        encoder.put(distributions[coded[i].distribution], coded[i].symbol);
     }
     std::vector<std::uint8_t> bytes;
     encoder.finish(bytes);
     StreamDecoder decoder(bytes);
     for (const Coded& c : coded) {
-      const std::uint32_t read = c.distribution == ~std::size_t{0} ? decoder.bits(12) : decoder.next(distributions[c.distribution]);
+      const std::uint32_t read = c.distribution == ~std::size_t{0}
+                                     ? decoder.bits(12)
+                                     : decoder.next(distributions[c.distribution]);
       ASSERT_EQ(read, c.symbol) << "length " << length;
     }
     EXPECT_TRUE(decoder.at_end()) << "length " << length;
@@ -60,7 +65,9 @@ TEST(ContextStreams, GiveBackWhatWasPutWhateverTheLength) {
     StreamDecoder cut(std::span<const std::uint8_t>(bytes.data(), bytes.size() - 1));
     bool same = true;
     for (const Coded& c : coded) {
-      same &= (c.distribution == ~std::size_t{0} ? cut.bits(12) : cut.next(distributions[c.distribution])) == c.symbol;
+      same &=
+          (c.distribution == ~std::size_t{0} ? cut.bits(12)
+                                             : cut.next(distributions[c.distribution])) == c.symbol;
     }
     EXPECT_FALSE(same && cut.at_end()) << "length " << length;
   }
@@ -96,8 +103,12 @@ TEST(ContextStreams, DivideExactly) {
   for (std::uint32_t f = 1; f <= kProbabilitySum; ++f) {
     for (int i = 0; i < 16; ++i) {
       const std::uint32_t multiple = random() % (~0u / f) * f;
-      for (const std::uint32_t x : {multiple, multiple + f - 1, ~0u, static_cast<std::uint32_t>(random())}) {
-        ASSERT_EQ(static_cast<std::uint64_t>(static_cast<unsigned __int128>(x) * kReciprocals[f] >> 44), x / f) << x << " by " << f;
+      for (const std::uint32_t x :
+           {multiple, multiple + f - 1, ~0u, static_cast<std::uint32_t>(random())}) {
+        ASSERT_EQ(
+            static_cast<std::uint64_t>(static_cast<unsigned __int128>(x) * kReciprocals[f] >> 44),
+            x / f)
+            << x << " by " << f;
       }
     }
   }
@@ -117,7 +128,8 @@ TEST(ContextEvents, AreCountedWhateverTheirNumberAndOrder) {
   counts.merge(other);
   std::vector<std::pair<Event, std::uint32_t>> found;
   for (const auto& [event, count] : counts.entries()) found.emplace_back(event, count);
-  EXPECT_EQ(found, (std::vector<std::pair<Event, std::uint32_t>>(expected.begin(), expected.end())));
+  EXPECT_EQ(found,
+            (std::vector<std::pair<Event, std::uint32_t>>(expected.begin(), expected.end())));
   EXPECT_TRUE(EventCounts().entries().empty());
 }
 
@@ -126,7 +138,8 @@ TEST(ContextDistributions, SumTo4096AndLeaveNothingPossibleOut) {
   for (int i = 0; i < 2000; ++i) {
     const std::uint32_t possible = i % 3 == 0 ? 0xffff : kPossible[i % 2];
     Counts counts{};
-    for (unsigned s = 0; s < kSymbols; ++s) counts[s] = random() % 4 == 0 ? random() % (1u << (random() % 31)) : 0;
+    for (unsigned s = 0; s < kSymbols; ++s)
+      counts[s] = random() % 4 == 0 ? random() % (1u << (random() % 31)) : 0;
     const Distribution d = fit_distribution(counts, possible);
     unsigned sum = 0;
     for (unsigned s = 0; s < kSymbols; ++s) {
@@ -145,8 +158,10 @@ EventCounts random_counts(unsigned seed, int events) {
     const std::uint32_t dynamics = random() & 0xc3u;
     const bool finest = statics >> kDepth == 0;
     // What a symbol is depends on some bits, so that there is something to learn.
-    const std::uint32_t symbol = random() % 8 == 0 ? random() % 7 : (statics >> 1 & 3) + (dynamics & 1);
-    counts.add(std::vector{make_event(statics, dynamics, symbol | (finest ? 0 : random() % 2 * 8))});
+    const std::uint32_t symbol =
+        random() % 8 == 0 ? random() % 7 : (statics >> 1 & 3) + (dynamics & 1);
+    counts.add(
+        std::vector{make_event(statics, dynamics, symbol | (finest ? 0 : random() % 2 * 8))});
   }
   return counts;
 }
@@ -205,9 +220,9 @@ TEST(ContextModels, TreesThatAskForTooMuchAreRefused) {
   const auto read = [](auto&& write_trees) {
     std::vector<std::uint32_t> words;
     BitWriter out(words);
-    out.put(0, 7);       // one distribution
-    out.put(0, 4);       // the most frequent symbol,
-    out.put(0, 6);       // all six others once
+    out.put(0, 7);  // one distribution
+    out.put(0, 4);  // the most frequent symbol,
+    out.put(0, 6);  // all six others once
     write_trees(out);
     words.resize(words.size() + 4096);
     ContextModel model;
@@ -218,7 +233,8 @@ TEST(ContextModels, TreesThatAskForTooMuchAreRefused) {
     out.put(1, 1);
     out.put(bit, 4);
   };
-  EXPECT_NE(read([&](BitWriter& out) { split(out, 13); }), nullptr) << "the level, on the finest one";
+  EXPECT_NE(read([&](BitWriter& out) { split(out, 13); }), nullptr)
+      << "the level, on the finest one";
   EXPECT_NE(read([&](BitWriter& out) {
               split(out, 3);
               split(out, 3);
@@ -262,9 +278,11 @@ Payload encoded(const volumes::Volume& volume, std::vector<std::string> assignme
 }
 
 TEST(ContextGroups, AConstantGroupOf64BricksTakesFiveWords) {
-  const volumes::VolumeInfo info{.extent = {64, 64, 128}, .type = volumes::VoxelType::kU16, .voxel_unit = {}};
+  const volumes::VolumeInfo info{
+      .extent = {64, 64, 128}, .type = volumes::VoxelType::kU16, .voxel_unit = {}};
   const Payload payload = encoded(samples::make_labels(info, [](auto&) { return 7; }), {});
-  // 28 bits of header, a bit for each of 64 bricks, one for each but the first; one label needs no bits to be named.
+  // 28 bits of header, a bit for each of 64 bricks, one for each but the first; one label needs no
+  // bits to be named.
   EXPECT_EQ(payload.published_bytes, 4u * (3 + 2 * ((28 + 64 + 63 + 31) / 32)));
 }
 
@@ -295,7 +313,12 @@ TEST(ContextEntropy, IsALittleLessThanWhatTheStreamsTake) {
     EXPECT_LT(entropy, last) << contexts;
     last = entropy;
   }
-  EXPECT_FALSE(find_codec("raw")->open({volume.info(), {}, volume.bytes()}).value()->entropy_bytes(1).value().has_value());
+  EXPECT_FALSE(find_codec("raw")
+                   ->open({volume.info(), {}, volume.bytes()})
+                   .value()
+                   ->entropy_bytes(1)
+                   .value()
+                   .has_value());
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The shared decoder text of CSGV-R (operation, rank, index, label) against the naive list of symbols, node
-// by node.
+// The shared decoder text of CSGV-R (operation, rank, index, label) against the naive list of
+// symbols, node by node.
 #include <gtest/gtest.h>
 
 #include "shaders/shared/shared.hpp"
@@ -14,8 +14,9 @@ using shaders::Words;
 std::uint32_t morton(const Position& p) {
   std::uint32_t code = 0;
   for (unsigned bit = 0; bit < 6; ++bit) {
-    code |= static_cast<std::uint32_t>((p.x >> bit & 1) | (p.y >> bit & 1) << 1 | (p.z >> bit & 1) << 2)
-            << (3 * bit);
+    code |=
+        static_cast<std::uint32_t>((p.x >> bit & 1) | (p.y >> bit & 1) << 1 | (p.z >> bit & 1) << 2)
+        << (3 * bit);
   }
   return code;
 }
@@ -37,8 +38,8 @@ void check_symbols(Words words, const CsgvrBrick& brick, const Operations& naive
   }
 }
 
-/// Every node of every level: its place in the stream, or that of the ancestor with the stop bit, and its
-/// label.
+/// Every node of every level: its place in the stream, or that of the ancestor with the stop bit,
+/// and its label.
 void check_nodes(Words words, const CsgvrBrick& brick, const Operations& naive, const Grid& grid,
                  bool stop_bits) {
   std::vector<std::vector<std::uint32_t>> place(grid.size());
@@ -69,8 +70,8 @@ void check_nodes(Words words, const CsgvrBrick& brick, const Operations& naive, 
       ASSERT_EQ(level, coded);
       std::uint32_t index = 0;
       std::uint32_t hops = 0;
-      ASSERT_TRUE(
-          cvr_csgvr_palette_index(words, brick, morton(p), static_cast<std::uint32_t>(l), index, hops));
+      ASSERT_TRUE(cvr_csgvr_palette_index(words, brick, morton(p), static_cast<std::uint32_t>(l),
+                                          index, hops));
       ASSERT_GE(hops, 1u);
       ASSERT_EQ(cvr_csgvr_label(words, brick, index), grid[l].at(p.x, p.y, p.z).label)
           << "level " << l << ", node " << i;
@@ -99,8 +100,8 @@ class WaveletAccess : public testing::TestWithParam<std::string> {};
 TEST_P(WaveletAccess, EqualsTheNaiveList) {
   for (const int side : {16, 32, 64}) {
     for (const bool stop_bits : {false, true}) {
-      const Bricks bricks =
-          encode_bricks(samples::sample(GetParam()).volume(), stop_bits ? "csgvr-sb" : "csgvr", side);
+      const Bricks bricks = encode_bricks(samples::sample(GetParam()).volume(),
+                                          stop_bits ? "csgvr-sb" : "csgvr", side);
       // First, last and one brick between: corner, border and inner bricks.
       const std::size_t last = bricks.grid.voxels() - 1;
       for (const std::size_t i : std::set<std::size_t>{0, last / 2, last}) {
@@ -122,10 +123,11 @@ TEST(WaveletAccess, ABrickOf64WithAllLabelsDistinctHas299593Nodes) {
   const auto words = bricks.brick(0);
   const CsgvrBrick brick =
       shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), 7, true);
-  const std::uint32_t first_level = words[brick.z_at + 5];  // W_1: the first wavelet level has one bit a node
+  const std::uint32_t first_level =
+      words[brick.z_at + 5];  // W_1: the first wavelet level has one bit a node
   EXPECT_EQ(first_level, 299593u);
-  // Longer than the 2^20 that a 20-bit rank could count, were every bit set; there is at most one 1-bit a
-  // symbol.
+  // Longer than the 2^20 that a 20-bit rank could count, were every bit set; there is at most one
+  // 1-bit a symbol.
   EXPECT_GT(words[8], 1u << 20);
   EXPECT_EQ(cvr_rank1({words.data()}, brick.w, words[8]), 299593u);
   EXPECT_EQ(brick.palette_size, 262144u);

@@ -33,7 +33,8 @@ TEST(Hdf5Image, IsReadByLibhdf5) {
       Volume volume = sample_volume(Content::kNoise, {41, 23, 17}, as);
       volume.info().type = type;
       if (type != as) volume.info().kind = VolumeKind::kScalars;
-      const auto payload = codec().encode(volumes::MemorySource(volume), parameters(assignments), 2);
+      const auto payload =
+          codec().encode(volumes::MemorySource(volume), parameters(assignments), 2);
       ASSERT_TRUE(payload) << payload.error().message;
       std::ofstream(path, std::ios::binary)
           .write(reinterpret_cast<const char*>(payload->bytes.data()),
@@ -50,7 +51,8 @@ TEST(Hdf5Image, IsReadByLibhdf5) {
 
 TEST(Hdf5Image, RefusesChunksOutOfRange) {
   const Volume volume = sample_volume(Content::kZero, {300, 300, 300}, VoxelType::kU8);
-  const auto large = codec().encode(volumes::MemorySource(volume), parameters({"chunk=300,300,300"}), 1);
+  const auto large =
+      codec().encode(volumes::MemorySource(volume), parameters({"chunk=300,300,300"}), 1);
   ASSERT_FALSE(large);
   EXPECT_EQ(large.error().code, ErrorCode::kTooLarge);
   const auto mixed = codec().encode(volumes::MemorySource(volume), parameters({"chunk=8,0,8"}), 1);

@@ -7,8 +7,8 @@
 
 #include "codecs/codec.hpp"
 #include "codecs/registry.hpp"
-#include "tests/samples/small_labels.hpp"
 #include "shaders/shared/shared.hpp"
+#include "tests/samples/small_labels.hpp"
 #include "volumes/compressed_segmentation.hpp"
 #include "volumes/pyramid.hpp"
 
@@ -84,12 +84,14 @@ TEST(Pyramid, AgreesWithCountingEveryNode) {
 TEST(Neuroglancer, PayloadOfTwoChunksByHand) {
   // 3 x 1 x 1 in chunks of 2: [7 5] and [9].
   const Volume volume = labels_u32({3, 1, 1}, {7, 5, 9});
-  const auto payload = codec().encode(MemorySource(volume), parameters({"block=2,1,1", "chunk=2"}), 1);
+  const auto payload =
+      codec().encode(MemorySource(volume), parameters({"block=2,1,1", "chunk=2"}), 1);
   ASSERT_TRUE(payload);
-  EXPECT_THAT(words_of(payload->bytes), ElementsAre(2, 1,                                   // edge, levels
-                                                    0, 0, 6, 0, 10, 0,                      // chunk table
-                                                    1, 0x01000003u, 2, /*values*/ 1, 5, 7,  // chunk 0
-                                                    1, 2, 2, 9));                           // chunk 1
+  EXPECT_THAT(words_of(payload->bytes),
+              ElementsAre(2, 1,                                   // edge, levels
+                          0, 0, 6, 0, 10, 0,                      // chunk table
+                          1, 0x01000003u, 2, /*values*/ 1, 5, 7,  // chunk 0
+                          1, 2, 2, 9));                           // chunk 1
   EXPECT_EQ(payload->published_bytes, 40u);
   EXPECT_EQ(payload->breakdown[ByteClass::kHeader], 8u + 12 + 12);
   EXPECT_EQ(payload->breakdown[ByteClass::kIndex], 24u);
@@ -101,8 +103,8 @@ TEST(Neuroglancer, StreamsArePublicStreams) {
   const Volume volume = sample_volume(Content::kCells, {70, 40, 33}, VoxelType::kU64);
   const auto payload = codec().encode(MemorySource(volume), parameters({}), 1);
   ASSERT_TRUE(payload);
-  const auto words =
-      volumes::encode_compressed_segmentation(volume.voxels<std::uint64_t>().data(), volume.extent(), {});
+  const auto words = volumes::encode_compressed_segmentation(volume.voxels<std::uint64_t>().data(),
+                                                             volume.extent(), {});
   ASSERT_TRUE(words);
   const auto all = words_of(payload->bytes);
   EXPECT_TRUE(std::equal(words->begin(), words->end(), all.begin() + 6, all.end()));
@@ -110,13 +112,14 @@ TEST(Neuroglancer, StreamsArePublicStreams) {
 }
 
 TEST(Neuroglancer, LevelsVoxelsAndBricksAgreeWithThePyramid) {
-  for (const auto& assignments :
-       {std::vector<std::string>{"levels=4", "chunk=16"}, {"levels=3", "chunk=12", "block=5,4,3"}}) {
+  for (const auto& assignments : {std::vector<std::string>{"levels=4", "chunk=16"},
+                                  {"levels=3", "chunk=12", "block=5,4,3"}}) {
     for (const VoxelType type : {VoxelType::kU8, VoxelType::kU64}) {
       std::vector<Volume> levels{sample_volume(Content::kCells, {45, 30, 37}, type)};
       const auto payload = codec().encode(MemorySource(levels[0]), parameters(assignments), 2);
       ASSERT_TRUE(payload) << payload.error().message;
-      const auto decoder = codec().open({levels[0].info(), parameters(assignments), payload->bytes.bytes()});
+      const auto decoder =
+          codec().open({levels[0].info(), parameters(assignments), payload->bytes.bytes()});
       ASSERT_TRUE(decoder) << decoder.error().message;
       for (unsigned lod = 0; lod < (*decoder)->levels(); ++lod) {
         if (lod > 0) levels.push_back(volumes::coarser_level(MemorySource(levels.back()), 1));
@@ -132,7 +135,8 @@ TEST(Neuroglancer, LevelsVoxelsAndBricksAgreeWithThePyramid) {
         std::vector<std::uint64_t> labels(points.size());
         ASSERT_TRUE((*decoder)->voxel_access()->at(points, lod, labels));
         for (std::size_t i = 0; i < points.size(); ++i) {
-          ASSERT_EQ(labels[i], truth.label({points[i].x >> lod, points[i].y >> lod, points[i].z >> lod}));
+          ASSERT_EQ(labels[i],
+                    truth.label({points[i].x >> lod, points[i].y >> lod, points[i].z >> lod}));
         }
 
         const BrickAccess& bricks = *(*decoder)->brick_access();
@@ -159,8 +163,8 @@ TEST(Neuroglancer, LevelsVoxelsAndBricksAgreeWithThePyramid) {
 }
 
 TEST(Neuroglancer, HalvesChunksThatDoNotFitAndRefusesGivenOnes) {
-  // Every voxel its own label: 2 header, 256 value and 512 table words a block of 512 voxels; 2^24 words are
-  // 21 787 blocks.
+  // Every voxel its own label: 2 header, 256 value and 512 table words a block of 512 voxels; 2^24
+  // words are 21 787 blocks.
   const Extent extent{256, 256, 200};
   Volume volume({.extent = extent, .type = VoxelType::kU32, .voxel_unit = {}});
   std::uint32_t next = 0;
@@ -187,7 +191,8 @@ TEST(Neuroglancer, SharedDecoderTextGivesEveryLabel) {
   const Extent extent{37, 26, 19};
   for (const volumes::BlockSize& block :
        {volumes::BlockSize{8, 8, 8}, volumes::BlockSize{5, 3, 4}, volumes::BlockSize{37, 26, 19}}) {
-    for (const Content content : {Content::kCells, Content::kDistinct, Content::kExtremes, Content::kZero}) {
+    for (const Content content :
+         {Content::kCells, Content::kDistinct, Content::kExtremes, Content::kZero}) {
       for (const VoxelType type : {VoxelType::kU32, VoxelType::kU64}) {
         const Volume volume = sample_volume(content, extent, type);
         volumes::with_label_type(type, [&]<class T>() {

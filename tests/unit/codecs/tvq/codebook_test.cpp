@@ -16,9 +16,11 @@ struct Cloud {
   Vectors vectors;
 
   /// Random vectors of small whole numbers, so that all distances are exact.
-  Cloud(std::uint64_t count, unsigned dimensions, std::uint64_t seed, std::uint64_t range = 64) : values(count * dimensions) {
+  Cloud(std::uint64_t count, unsigned dimensions, std::uint64_t seed, std::uint64_t range = 64)
+      : values(count * dimensions) {
     for (std::size_t i = 0; i < values.size(); ++i)
-      values[i] = static_cast<float>(samples::random_at(seed, i) % range) - static_cast<float>(range / 2);
+      values[i] =
+          static_cast<float>(samples::random_at(seed, i) % range) - static_cast<float>(range / 2);
     vectors = {values.data(), count, dimensions, dimensions};
   }
 };
@@ -33,14 +35,17 @@ TEST(Search, FindsTheNearestAndOfEqualsTheFirst) {
     for (std::uint64_t n = 0; n < cloud.vectors.count; ++n) {
       std::uint32_t best = 0;
       for (std::uint32_t k = 1; k < book.size(); ++k) {
-        if (squared_distance(cloud.vectors[n], book[k], d) < squared_distance(cloud.vectors[n], book[best], d)) best = k;
+        if (squared_distance(cloud.vectors[n], book[k], d) <
+            squared_distance(cloud.vectors[n], book[best], d))
+          best = k;
       }
       ASSERT_EQ(codes[n], best) << d << ' ' << n;
     }
   }
 }
 
-/// |c|^2 / 2 - x c cancels where vectors lie far from the origin and near each other: what is chosen may lose as much as its rounding.
+/// |c|^2 / 2 - x c cancels where vectors lie far from the origin and near each other: what is
+/// chosen may lose as much as its rounding.
 TEST(Search, LosesNoMoreThanRoundingAtNearTies) {
   constexpr unsigned kDimensions = 64;
   constexpr float kFar = 8;
@@ -53,7 +58,8 @@ TEST(Search, LosesNoMoreThanRoundingAtNearTies) {
   double lost = 0, first = 0;  // by the chosen code vector, and by any one
   for (std::uint64_t n = 0; n < cloud.vectors.count; ++n) {
     double best = squared_distance(cloud.vectors[n], book[0], kDimensions);
-    for (std::uint32_t k = 1; k < book.size(); ++k) best = std::min(best, squared_distance(cloud.vectors[n], book[k], kDimensions));
+    for (std::uint32_t k = 1; k < book.size(); ++k)
+      best = std::min(best, squared_distance(cloud.vectors[n], book[k], kDimensions));
     lost = std::max(lost, squared_distance(cloud.vectors[n], book[codes[n]], kDimensions) - best);
     first = std::max(first, squared_distance(cloud.vectors[n], book[0], kDimensions) - best);
   }
@@ -70,12 +76,14 @@ TEST(Search, HandlesStridesAndSingleCodeVectors) {
 }
 
 TEST(Lbg, DistortionNeverRises) {
-  for (const auto how : {Initialisation::kSplit, Initialisation::kRandom, Initialisation::kScalar, Initialisation::kPnn}) {
+  for (const auto how : {Initialisation::kSplit, Initialisation::kRandom, Initialisation::kScalar,
+                         Initialisation::kPnn}) {
     const Cloud cloud(2000, 6, 17);
     CodeVectors book = initial_codebook(how, cloud.vectors, 40, 1);
     ASSERT_LE(book.size(), 40u);
     ASSERT_GT(book.size(), 20u);
-    const std::vector<double> history = refine(book, cloud.vectors, {.iterations = 30, .tolerance = 0}, 2);
+    const std::vector<double> history =
+        refine(book, cloud.vectors, {.iterations = 30, .tolerance = 0}, 2);
     ASSERT_GT(history.size(), 2u);
     EXPECT_TRUE(std::ranges::is_sorted(history, std::greater<>()));
     EXPECT_LT(history.back(), history.front());
@@ -116,7 +124,8 @@ TEST(Lbg, KeepsWhatIsFixed) {
 TEST(Lbg, SameBitsForAnyThreads) {
   const Cloud cloud(5000, 24, 29);
   CodeVectors one = initial_codebook(Initialisation::kSplit, cloud.vectors, 100, 1), seven = one;
-  const auto first = refine(one, cloud.vectors, {}, 1), second = refine(seven, cloud.vectors, {}, 7);
+  const auto first = refine(one, cloud.vectors, {}, 1),
+             second = refine(seven, cloud.vectors, {}, 7);
   EXPECT_EQ(one.values, seven.values);
   EXPECT_EQ(first, second);
 }

@@ -15,21 +15,27 @@
 namespace cvr::codecs::tvq {
 
 template <class T>
-Volume make_scalars(const Extent& extent, VoxelType type, const std::function<T(const Coordinate&)>& value) {
+Volume make_scalars(const Extent& extent, VoxelType type,
+                    const std::function<T(const Coordinate&)>& value) {
   Volume volume({.extent = extent, .type = type, .kind = VolumeKind::kScalars, .voxel_unit = {}});
   auto voxels = volume.voxels<T>();
-  for (std::uint64_t i = 0; i < voxels.size(); ++i) voxels[i] = value({i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y)});
+  for (std::uint64_t i = 0; i < voxels.size(); ++i)
+    voxels[i] = value({i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y)});
   return volume;
 }
 
 /// Rings of different widths and a little noise: every class of block occurs.
 inline double rings(const Coordinate& c) {
-  const double x = static_cast<double>(c.x) - 17, y = static_cast<double>(c.y) - 9, z = static_cast<double>(c.z) - 12;
+  const double x = static_cast<double>(c.x) - 17, y = static_cast<double>(c.y) - 9,
+               z = static_cast<double>(c.z) - 12;
   const double r = std::sqrt(x * x + 1.5 * y * y + 0.7 * z * z);
-  return 120 + 90 * std::sin(r * r / 60) + static_cast<double>(samples::random_at(5, c.x + 1000 * (c.y + 1000 * c.z)) % 9);
+  return 120 + 90 * std::sin(r * r / 60) +
+         static_cast<double>(samples::random_at(5, c.x + 1000 * (c.y + 1000 * c.z)) % 9);
 }
 inline Volume rings_u8(const Extent& extent) {
-  return make_scalars<std::uint8_t>(extent, VoxelType::kU8, [](const Coordinate& c) { return static_cast<std::uint8_t>(rings(c)); });
+  return make_scalars<std::uint8_t>(extent, VoxelType::kU8, [](const Coordinate& c) {
+    return static_cast<std::uint8_t>(rings(c));
+  });
 }
 
 struct Coded {
@@ -39,13 +45,16 @@ struct Coded {
   Volume decoded;
 };
 
-inline Expected<Encoded> try_encode(std::string_view id, const Volume& volume, const std::vector<std::string>& assignments,
+inline Expected<Encoded> try_encode(std::string_view id, const Volume& volume,
+                                    const std::vector<std::string>& assignments,
                                     unsigned threads = 1) {
   const Codec& codec = *find_codec(id);
-  return codecs::encode(codec, volumes::MemorySource(volume), Parameters::parse(codec.parameters(), assignments).value(), threads);
+  return codecs::encode(codec, volumes::MemorySource(volume),
+                        Parameters::parse(codec.parameters(), assignments).value(), threads);
 }
 
-inline Coded code(std::string_view id, const Volume& volume, const std::vector<std::string>& assignments, unsigned threads = 1) {
+inline Coded code(std::string_view id, const Volume& volume,
+                  const std::vector<std::string>& assignments, unsigned threads = 1) {
   auto encoded = try_encode(id, volume, assignments, threads);
   if (!encoded) throw std::runtime_error(encoded.error().message);
   Coded coded{std::move(*encoded), {}, nullptr, {}};
@@ -74,7 +83,8 @@ template <class T>
 void expect_single_voxels_agree(const Coded& coded) {
   const Extent& e = coded.decoded.extent();
   std::vector<Coordinate> points;
-  for (std::uint64_t i = 0; i < e.voxels(); ++i) points.push_back({i % e.x, i / e.x % e.y, i / (e.x * e.y)});
+  for (std::uint64_t i = 0; i < e.voxels(); ++i)
+    points.push_back({i % e.x, i / e.x % e.y, i / (e.x * e.y)});
   std::vector<std::uint64_t> found(points.size());
   ASSERT_TRUE(coded.decoder->voxel_access()->at(points, 0, found));
   const auto voxels = coded.decoded.voxels<T>();

@@ -1,10 +1,10 @@
 // Inside of the encoder: what must not depend on the sign of eigenvectors, and real volumes.
 #include "codecs/tvq/encoder.hpp"
-#include "codecs/tvq/sub_volume.hpp"
 
 #include <cstdlib>
 #include <filesystem>
 
+#include "codecs/tvq/sub_volume.hpp"
 #include "tests/unit/codecs/tvq/coded.hpp"
 #include "volumes/io/io.hpp"
 
@@ -27,7 +27,8 @@ TEST(Encoder, SignsOfEigenvectorsChangeNoVoxel) {
       const volumes::Box whole{{0, 0, 0}, volume.extent()};
       Blocks blocks(read_blocks(source, facts.domain, whole));
       const Trained trained = train(kTvq, facts.domain, blocks, 720, 0, options, 2);
-      encoding.parts.push_back(tvq::code(kTvq, facts.domain, trained, {10, 9, 8}, blocks, options, 2));
+      encoding.parts.push_back(
+          tvq::code(kTvq, facts.domain, trained, {10, 9, 8}, blocks, options, 2));
       encoding.books.push_back(trained.set);
       volumes::VolumeSink sink(volume.info());
       ASSERT_TRUE(make_decoder(kTvq, volume.info(), encoding, {}).value()->decode(0, 1, sink));
@@ -45,10 +46,12 @@ TEST(Encoder, EdgesRepeatAndSamplesAreExact) {
   ASSERT_EQ(blocks.size(), 2u * 2 * 2 * kBlockVoxels);
   for (unsigned b = 0; b < 8; ++b) {
     for (unsigned i = 0; i < kBlockVoxels; ++i) {
-      const Coordinate c{std::min(4u, (b & 1) * 4 + (i & 3)), std::min(5u, (b >> 1 & 1) * 4 + (i >> 2 & 3)),
+      const Coordinate c{std::min(4u, (b & 1) * 4 + (i & 3)),
+                         std::min(5u, (b >> 1 & 1) * 4 + (i >> 2 & 3)),
                          std::min(6u, (b >> 2) * 4 + (i >> 4))};
       ASSERT_EQ(blocks[b * kBlockVoxels + i],
-                static_cast<float>(volume.voxels<std::uint8_t>()[volume.extent().index(c)] - facts.domain.zero));
+                static_cast<float>(volume.voxels<std::uint8_t>()[volume.extent().index(c)] -
+                                   facts.domain.zero));
     }
   }
 }
@@ -65,11 +68,14 @@ TEST_P(RealVolume, TvqIsAtLeastAsGoodAsHvqAndVqAtItsRate) {
   for (const std::string_view id : {"hvq", "vq"}) {
     const Coded other = code(id, volume, {"rate=570"}, 2);
     RecordProperty(std::string(id), std::to_string(other.decoder->recorded_error()->mean_squared));
-    EXPECT_LE(tvq.decoder->recorded_error()->mean_squared, other.decoder->recorded_error()->mean_squared) << id;
+    EXPECT_LE(tvq.decoder->recorded_error()->mean_squared,
+              other.decoder->recorded_error()->mean_squared)
+        << id;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scans, RealVolume, testing::Values("bonsai", "engine", "head_mr_t1", "cranium_ct"),
+INSTANTIATE_TEST_SUITE_P(Scans, RealVolume,
+                         testing::Values("bonsai", "engine", "head_mr_t1", "cranium_ct"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

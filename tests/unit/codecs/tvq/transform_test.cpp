@@ -15,7 +15,8 @@ namespace {
 /// Samples 0..255 by a stateless random number.
 std::vector<float> random_blocks(std::size_t blocks, std::uint64_t seed) {
   std::vector<float> samples(blocks * kBlockVoxels);
-  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<float>(samples::random_at(seed, i) % 256);
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i] = static_cast<float>(samples::random_at(seed, i) % 256);
   return samples;
 }
 
@@ -41,20 +42,24 @@ TEST(Transform, PartitionOrderPutsEveryCoefficientIntoItsOctant) {
 
 TEST(Transform, KeepsEnergyAndComesBack) {
   const std::vector<float> blocks = random_blocks(500, 3);
-  for (const TransformKind kind : {TransformKind::kDct, TransformKind::kKltSeparable, TransformKind::kKltFull}) {
+  for (const TransformKind kind :
+       {TransformKind::kDct, TransformKind::kKltSeparable, TransformKind::kKltFull}) {
     const Basis basis = Basis::fit(kind, blocks, 2);
     std::vector<float> coefficients = blocks;
     basis.forward(coefficients, 2);
     EXPECT_NEAR(energy(coefficients) / energy(blocks), 1.0, 2e-4);
     for (std::size_t b = 0; b < 20; ++b) {
-      const auto voxels = basis.inverse(std::span(coefficients).subspan(b * kBlockVoxels, kBlockVoxels));
-      for (unsigned i = 0; i < kBlockVoxels; ++i) ASSERT_NEAR(voxels[i], blocks[b * kBlockVoxels + i], 0.2);
+      const auto voxels =
+          basis.inverse(std::span(coefficients).subspan(b * kBlockVoxels, kBlockVoxels));
+      for (unsigned i = 0; i < kBlockVoxels; ++i)
+        ASSERT_NEAR(voxels[i], blocks[b * kBlockVoxels + i], 0.2);
     }
     for (unsigned k = 0; k < kBlockVoxels; ++k) {
       for (unsigned l = 0; l <= k; ++l) {
         double product = 0;
         for (unsigned i = 0; i < kBlockVoxels; ++i)
-          product += static_cast<double>(basis.value(k, i)) * static_cast<double>(basis.value(l, i));
+          product +=
+              static_cast<double>(basis.value(k, i)) * static_cast<double>(basis.value(l, i));
         ASSERT_NEAR(product, k == l ? 1 : 0, 1e-3) << k << ' ' << l;
       }
     }
@@ -74,7 +79,8 @@ TEST(Transform, OfAConstantVolumeIsTheCosineTransform) {
   }
   std::vector<float> coefficients = blocks;
   fitted.forward(coefficients, 1);
-  for (std::size_t i = 0; i < coefficients.size(); ++i) ASSERT_EQ(coefficients[i], i % kBlockVoxels == 0 ? 8 * 93.0f : 0.0f);
+  for (std::size_t i = 0; i < coefficients.size(); ++i)
+    ASSERT_EQ(coefficients[i], i % kBlockVoxels == 0 ? 8 * 93.0f : 0.0f);
 }
 
 TEST(Transform, OfAVolumeThatIsTheSameAlongAllAxesIsToo) {
@@ -85,7 +91,8 @@ TEST(Transform, OfAVolumeThatIsTheSameAlongAllAxesIsToo) {
       for (std::uint64_t bz = 0; bz < 5; ++bz) {
         for (unsigned i = 0; i < kBlockVoxels; ++i) {
           const auto f = [](std::uint64_t n) { return samples::random_at(9, n) % 80; };
-          blocks.push_back(static_cast<float>(f(bx * 4 + (i & 3)) + f(by * 4 + (i >> 2 & 3)) + f(bz * 4 + (i >> 4))));
+          blocks.push_back(static_cast<float>(f(bx * 4 + (i & 3)) + f(by * 4 + (i >> 2 & 3)) +
+                                              f(bz * 4 + (i >> 4))));
         }
       }
     }
@@ -95,7 +102,8 @@ TEST(Transform, OfAVolumeThatIsTheSameAlongAllAxesIsToo) {
   ASSERT_EQ(stored.size(), 48u);
   EXPECT_TRUE(std::equal(stored.begin(), stored.begin() + 16, stored.begin() + 16));
   EXPECT_TRUE(std::equal(stored.begin(), stored.begin() + 16, stored.begin() + 32));
-  EXPECT_FALSE(std::equal(stored.begin() + 4, stored.begin() + 8, Basis(TransformKind::kKltSeparable, stored).stored().begin() + 8));
+  EXPECT_FALSE(std::equal(stored.begin() + 4, stored.begin() + 8,
+                          Basis(TransformKind::kKltSeparable, stored).stored().begin() + 8));
 }
 
 TEST(Transform, FitDoesNotDependOnThreads) {
@@ -110,7 +118,9 @@ TEST(Eigenvectors, DiagoniseWithDescendingValues) {
   constexpr unsigned n = 9;
   std::vector<double> a(n * n);
   for (unsigned i = 0; i < n; ++i) {
-    for (unsigned j = 0; j <= i; ++j) a[i * n + j] = a[j * n + i] = static_cast<double>(samples::random_at(2, i * n + j) % 1000) / 100;
+    for (unsigned j = 0; j <= i; ++j)
+      a[i * n + j] = a[j * n + i] =
+          static_cast<double>(samples::random_at(2, i * n + j) % 1000) / 100;
   }
   const std::vector<double> q = eigenvectors(a, n);
   double last = 1e300;

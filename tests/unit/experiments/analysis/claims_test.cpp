@@ -1,6 +1,5 @@
 // Claims: each verdict, each form, at the edges of bounds, intervals and tolerances; and mistakes
 // in their YAML.
-#include "experiments/analysis/load_config.hpp"
 #include "experiments/analysis/claims.hpp"
 
 #include <gmock/gmock.h>
@@ -8,6 +7,7 @@
 
 #include <functional>
 
+#include "experiments/analysis/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "volumes/error.hpp"
 

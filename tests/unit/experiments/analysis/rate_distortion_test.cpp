@@ -39,8 +39,8 @@ TEST(BdPsnr, OfAShiftIsTheShiftWhateverTheOrderOfThePoints) {
   EXPECT_NEAR(bd_psnr(b, a).value().db, -2.5, 1e-12);
 }
 
-// The cubics through (0, 0), (1, 1), (2, 4), (3, 9) have the slopes 0, 1.5, 3.75 and 6 there, so their integrals are 0.375, 2.3125 and
-// 6.3125, together 9.
+// The cubics through (0, 0), (1, 1), (2, 4), (3, 9) have the slopes 0, 1.5, 3.75 and 6 there, so
+// their integrals are 0.375, 2.3125 and 6.3125, together 9.
 TEST(BdPsnr, IntegratesTheMonotoneCubics) {
   const Curve line = curve({{0, 0}, {1, 1}, {2, 2}, {3, 3}});
   const Curve square = curve({{0, 0}, {1, 1}, {2, 4}, {3, 9}});
@@ -72,8 +72,10 @@ TEST(BdPsnr, RefusesFewPointsAndRatesApart) {
     const auto found = bd_psnr(a, b);
     return found ? std::string("accepted") : found.error().message;
   };
-  EXPECT_EQ(refusal(curve({{-1, 30}, {0, 41}, {0.5, 44}})), "expected curves of 4 points or more, found one of 3");
-  EXPECT_EQ(refusal(curve({{-1, 30}, {-0.5, 36}, {0, 35}, {0.5, 44}})), "expected curves of 4 points or more, found one of 3");
+  EXPECT_EQ(refusal(curve({{-1, 30}, {0, 41}, {0.5, 44}})),
+            "expected curves of 4 points or more, found one of 3");
+  EXPECT_EQ(refusal(curve({{-1, 30}, {-0.5, 36}, {0, 35}, {0.5, 44}})),
+            "expected curves of 4 points or more, found one of 3");
   EXPECT_EQ(refusal({}), "expected curves of 4 points or more, found one of 0");
   EXPECT_EQ(refusal(curve({{1, 30}, {2, 36}, {3, 41}, {4, 44}})),
             "expected rates in common, found 0.1 to 3.162 and 10 to 1e+04 bits/voxel");
@@ -82,7 +84,8 @@ TEST(BdPsnr, RefusesFewPointsAndRatesApart) {
 TEST(ParetoFront, KeepsWhatNothingElseBeats) {
   const double exact = std::numeric_limits<double>::infinity();
   const Curve points{{1, 40}, {2, 39}, {0.5, 30}, {1, 41}, {1, 41}, {8, exact}, {9, exact}};
-  EXPECT_THAT(pareto_front(points), testing::ElementsAre(false, false, true, true, true, true, false));
+  EXPECT_THAT(pareto_front(points),
+              testing::ElementsAre(false, false, true, true, true, true, false));
   EXPECT_TRUE(pareto_front({}).empty());
 }
 
@@ -94,9 +97,15 @@ class CurveTables : public testing::Test {
     dataset->name = "blob";
     dataset->kind = volumes::VolumeKind::kScalars;
     dataset->extent = {10, 20, 30};
-    const auto add = [&](const char* id, const std::vector<std::string>& parameters, double bits, Row psnr) {
+    const auto add = [&](const char* id, const std::vector<std::string>& parameters, double bits,
+                         Row psnr) {
       const codecs::Codec* codec = codecs::find_codec(id);
-      Cell cell{dataset, id, 1, codecs::Parameters::parse(codec->parameters(), parameters).value(), Stage::kEncode, {"1", 1}};
+      Cell cell{dataset,
+                id,
+                1,
+                codecs::Parameters::parse(codec->parameters(), parameters).value(),
+                Stage::kEncode,
+                {"1", 1}};
       config_.cells.push_back(cell);
       Row row{{"cell", cell.row_key()}, {"key", cell.row_key()}, {"status", "ok"}, {"reason", ""}};
       row["size"]["bits_per_voxel"] = bits;
@@ -105,9 +114,11 @@ class CurveTables : public testing::Test {
       rows_.push_back(row);
     };
     for (const int bits : {32, 64, 128, 256})
-      add("zfp", {"block_bits=" + std::to_string(bits)}, bits / 64.0, 30 + 6 * std::log2(bits / 32.0));
+      add("zfp", {"block_bits=" + std::to_string(bits)}, bits / 64.0,
+          30 + 6 * std::log2(bits / 32.0));
     for (const int bits : {33, 65, 129, 257})
-      add("zfp", {"mode=accuracy", "block_bits=" + std::to_string(bits)}, (bits - 1) / 64.0, 31 + 6 * std::log2((bits - 1) / 32.0));
+      add("zfp", {"mode=accuracy", "block_bits=" + std::to_string(bits)}, (bits - 1) / 64.0,
+          31 + 6 * std::log2((bits - 1) / 32.0));
     add("bc4", {}, 4, 40.0);
     add("zfp", {"block_bits=2048"}, 32, nullptr);
   }
@@ -122,8 +133,10 @@ TEST_F(CurveTables, MarkTheFrontAndSayWhatIsExact) {
   spec.columns = {"bits_per_voxel", "volume_psnr_db", "largest_error", "pareto"};
   EXPECT_EQ(render(make_table(spec, config_, rows_), TableFormat::kCsv),
             "codec,block_bits,bits/voxel,PSNR dB,max error,front\n"
-            "zfp,32,0.5000,30.00,12.5,\nzfp,64,1.0000,36.00,12.5,\nzfp,128,2.0000,42.00,12.5,\nzfp,256,4.0000,48.00,12.5,\n"
-            "zfp,33,0.5000,31.00,12.5,*\nzfp,65,1.0000,37.00,12.5,*\nzfp,129,2.0000,43.00,12.5,*\nzfp,257,4.0000,49.00,12.5,*\n"
+            "zfp,32,0.5000,30.00,12.5,\nzfp,64,1.0000,36.00,12.5,\nzfp,128,2.0000,42.00,12.5,\nzfp,"
+            "256,4.0000,48.00,12.5,\n"
+            "zfp,33,0.5000,31.00,12.5,*\nzfp,65,1.0000,37.00,12.5,*\nzfp,129,2.0000,43.00,12.5,*"
+            "\nzfp,257,4.0000,49.00,12.5,*\n"
             "bc4,,4.0000,40.00,12.5,\n"
             "zfp,2048,32.0000,exact,12.5,*\n");
 }
@@ -139,9 +152,11 @@ TEST_F(CurveTables, CompareCurvesWithTheReference) {
             "blob,zfp,rate,5,0.500 .. 32.000,30.00 .. exact,+0.00,0.500 .. 4.000\n"
             "blob,zfp,accuracy,4,0.500 .. 4.000,31.00 .. 49.00,+1.00,0.500 .. 4.000\n"
             "blob,bc4,,1,4.000,40.00,,\n");
-  EXPECT_THAT(table.notes, testing::Contains("blob bc4: expected curves of 4 points or more, found one of 1."));
+  EXPECT_THAT(table.notes,
+              testing::Contains("blob bc4: expected curves of 4 points or more, found one of 1."));
   spec.bd_reference = "tvq";
-  EXPECT_THAT(make_table(spec, config_, rows_).notes, testing::Contains("blob has no curve 'tvq' to compare with."));
+  EXPECT_THAT(make_table(spec, config_, rows_).notes,
+              testing::Contains("blob has no curve 'tvq' to compare with."));
 }
 
 }  // namespace

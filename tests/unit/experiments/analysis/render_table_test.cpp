@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "codecs/registry.hpp"
-#include "experiments/run/frame_times.hpp"
 #include "experiments/analysis/metrics.hpp"
-#include "experiments/config/published.hpp"
 #include "experiments/analysis/tables.hpp"
+#include "experiments/config/published.hpp"
+#include "experiments/run/frame_times.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/scratch_folder.hpp"
 
@@ -148,11 +148,12 @@ class RenderTable : public testing::Test {
     spec_.name = spec_.title = "t";
     spec_.rows = {"codec", "cache"};
     spec_.pivot = Pivot{{"shading", "dataset"}, "frame_ms"};
-    const std::string published = folder_.write(
-        "p.yaml",
-        "citation: C\nhardware: old\ntables:\n  t4:\n    title: T4\n    hardware: GPU\n    figures:\n"
-        "      - {dataset: a, codec: raw, cache: voxel, shading: ao, frame_ms: 9.7}\n"
-        "      - {dataset: a, codec: raw, rate: 1}\n");
+    const std::string published =
+        folder_.write("p.yaml",
+                      "citation: C\nhardware: old\ntables:\n  t4:\n    title: T4\n    hardware: "
+                      "GPU\n    figures:\n"
+                      "      - {dataset: a, codec: raw, cache: voxel, shading: ao, frame_ms: 9.7}\n"
+                      "      - {dataset: a, codec: raw, rate: 1}\n");
     spec_.published = {published, "t4"};
   }
   std::vector<Row> rows() const {
@@ -185,13 +186,15 @@ TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
   with_held[3]["held"]["median_ms"] = 0.25;
   const Table table = make_table(spec_, config_, with_held);
   EXPECT_THAT(table.lines[1], ElementsAre("raw", "voxel", "1", "6", "3; 0.25 (9.7)", "8"));
-  EXPECT_THAT(table.notes, testing::Contains(HasSubstr("in parentheses what the publication states")));
+  EXPECT_THAT(table.notes,
+              testing::Contains(HasSubstr("in parentheses what the publication states")));
 }
 
 TEST_F(RenderTable, TimesOfASoftwareDeviceCarryTheWarning) {
   const Table table = make_table(spec_, config_, rows());
   EXPECT_THAT(table.notes, testing::Contains("Drawn on: pipe (software, D)."));
-  EXPECT_THAT(table.notes, testing::Contains(HasSubstr("CPU times, not comparable with those of a GPU")));
+  EXPECT_THAT(table.notes,
+              testing::Contains(HasSubstr("CPU times, not comparable with those of a GPU")));
   auto on_gpu = rows();
   for (Row& row : on_gpu) row["device"]["type"] = "discrete";
   EXPECT_THAT(make_table(spec_, config_, on_gpu).notes,
@@ -209,8 +212,10 @@ TEST_F(RenderTable, PicturesAndVoxelsAreNotMixed) {
 
 TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
   const std::string path = std::string(CVR_SOURCE_DIR) + "/results/paper/csgvr.yaml";
-  const PublishedTable table4 = load_published(path, "table4"), s1 = load_published(path, "table_s1");
-  // Table 4: 9 lines, Table S1: 17, of 12 figures each; without stop bits and as nibbles H01 does not fit.
+  const PublishedTable table4 = load_published(path, "table4"),
+                       s1 = load_published(path, "table_s1");
+  // Table 4: 9 lines, Table S1: 17, of 12 figures each; without stop bits and as nibbles H01 does
+  // not fit.
   EXPECT_EQ(table4.figures.size(), 9u * 12 - 4 * 3);
   EXPECT_EQ(s1.figures.size(), 17u * 12 - 11 * 3);
   for (const PublishedFigure& figure : s1.figures) {
@@ -221,14 +226,15 @@ TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
   }
   EXPECT_THAT(s1.hardware, HasSubstr("RTX 4070 Ti Super"));
   EXPECT_THAT(load_published(path, "table2").hardware, testing::Not(HasSubstr("RTX")));
-  const auto figure_of = [&](const char* dataset, const char* codec, const char* brick, const char* cache,
-                             gpu::Shading shading) {
+  const auto figure_of = [&](const char* dataset, const char* codec, const char* brick,
+                             const char* cache, gpu::Shading shading) {
     auto described = std::make_shared<Dataset>();
     described->name = dataset;
     Cell cell{described, codec, 1, {}, Stage::kRender, {"all", 2}, RenderChoice{}};
     const std::string assignment = std::string("brick=") + brick;
-    cell.parameters =
-        codecs::Parameters::parse(codecs::find_codec(codec)->parameters(), std::span(&assignment, 1)).value();
+    cell.parameters = codecs::Parameters::parse(codecs::find_codec(codec)->parameters(),
+                                                std::span(&assignment, 1))
+                          .value();
     cell.render->access = cache;
     cell.render->shading = shading;
     const PublishedFigure* found = s1.find(cell);

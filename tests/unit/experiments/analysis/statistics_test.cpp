@@ -63,14 +63,16 @@ TEST(Statistics, EqualSamples) {
 }
 
 TEST(Statistics, OneOutlierIsNamedAndDoesNotMoveTheMedian) {
-  const Statistics s = summarize(std::vector<double>{1.00, 1.01, 0.99, 1.02, 0.98, 1.00, 1.01, 0.99, 40});
+  const Statistics s =
+      summarize(std::vector<double>{1.00, 1.01, 0.99, 1.02, 0.98, 1.00, 1.01, 0.99, 40});
   EXPECT_DOUBLE_EQ(s.median, 1.00);
   EXPECT_EQ(s.outliers, 1u);
   EXPECT_EQ(s.note(), "1 outlier");
 }
 
 TEST(Statistics, TwoModesAreNamed) {
-  const Statistics s = summarize(std::vector<double>{1.0, 1.01, 1.02, 1.0, 1.01, 2.0, 2.01, 2.02, 2.0, 2.01});
+  const Statistics s =
+      summarize(std::vector<double>{1.0, 1.01, 1.02, 1.0, 1.01, 2.0, 2.01, 2.02, 2.0, 2.01});
   EXPECT_TRUE(s.bimodal);
   EXPECT_EQ(s.note(), "bimodal");
   EXPECT_FALSE(summarize(std::vector<double>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10}).bimodal);

@@ -25,19 +25,21 @@ class TableTest : public testing::Test {
         if (codec_id == kMemcpy && stage == Stage::kRandomAccess) continue;
         Cell cell{dataset, codec_id, 1, {}, stage, {}};
         cell.threads = {"1", 1};
-        if (codec_id != kMemcpy) cell.parameters = codecs::Parameters::parse(codec->parameters(), {}).value();
+        if (codec_id != kMemcpy)
+          cell.parameters = codecs::Parameters::parse(codec->parameters(), {}).value();
         config_.cells.push_back(cell);
       }
     }
     spec_.name = "t";
     spec_.title = "Title";
     spec_.rows = {"dataset", "codec", "brick"};
-    spec_.columns = {"published_rate", "published", "ratio", "encode_seconds", "access_uniform_ns", "exact"};
-    const std::string published =
-        folder_.write("p.yaml",
-                      "citation: C\ntables:\n  t2:\n    title: T2\n    figures:\n"
-                      "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 64}, rate: 9}\n"
-                      "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 32}, rate: 2.5}\n");
+    spec_.columns = {"published_rate", "published",         "ratio",
+                     "encode_seconds", "access_uniform_ns", "exact"};
+    const std::string published = folder_.write(
+        "p.yaml",
+        "citation: C\ntables:\n  t2:\n    title: T2\n    figures:\n"
+        "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 64}, rate: 9}\n"
+        "      - {dataset: big, codec: csgv-nibble, parameters: {brick: 32}, rate: 2.5}\n");
     spec_.published = {published, "t2"};
   }
 
@@ -67,19 +69,26 @@ class TableTest : public testing::Test {
 TEST_F(TableTest, Markdown) {
   EXPECT_EQ(render(make_table(spec_, config_, rows()), TableFormat::kMarkdown),
             "### Title\n\n"
-            "| dataset | codec       | brick | rate % | published % | ours/published | encode s |   access "
+            "| dataset | codec       | brick | rate % | published % | ours/published | encode s |  "
+            " access "
             "ns |            exact |\n"
-            "|:--------|:------------|:------|-------:|------------:|---------------:|---------:|------------"
+            "|:--------|:------------|:------|-------:|------------:|---------------:|---------:|--"
+            "----------"
             ":|-----------------:|\n"
-            "| blob    | memcpy      |       |        |             |                |    0.125 |            "
+            "| blob    | memcpy      |       |        |             |                |    0.125 |  "
+            "          "
             " |                  |\n"
             "| blob    | csgv-nibble | 32    |  2.000 |       2.500 |          0.800 |    0.125 | "
             "unsupported | 0 of 6000 differ |\n"
             "\n"
-            "- Columns: **rate %** bytes by the accounting of the papers' tables / bytes of the original by the same, "
-            "in percent; **published %** the rate that the publication states, in percent; **ours/published** "
-            "published_rate measured here / rate published; **encode s** median wall time of encoding, file reading and "
-            "writing apart; **access ns** median ns a voxel, uniform points, finest level; **exact** voxels of the decoded "
+            "- Columns: **rate %** bytes by the accounting of the papers' tables / bytes of the "
+            "original by the same, "
+            "in percent; **published %** the rate that the publication states, in percent; "
+            "**ours/published** "
+            "published_rate measured here / rate published; **encode s** median wall time of "
+            "encoding, file reading and "
+            "writing apart; **access ns** median ns a voxel, uniform points, finest level; "
+            "**exact** voxels of the decoded "
             "volume that differ from the original.\n"
             "- Published: C; T2.\n"
             "- random-access unsupported: no access, \"none\" (csgv-nibble)\n");
@@ -96,10 +105,8 @@ TEST_F(TableTest, LatexEscapes) {
   const std::string text = render(make_table(spec_, config_, rows()), TableFormat::kLatex);
   EXPECT_THAT(text, testing::HasSubstr("\\begin{tabular}{lllrrrrrr}\n"));
   EXPECT_THAT(text, testing::HasSubstr("rate \\% & published \\%"));
-  EXPECT_THAT(
-      text,
-      testing::HasSubstr(
-          "blob & csgv-nibble & 32 & 2.000 & 2.500 & 0.800 & 0.125 & unsupported & 0 of 6000 differ \\\\\n"));
+  EXPECT_THAT(text, testing::HasSubstr("blob & csgv-nibble & 32 & 2.000 & 2.500 & 0.800 & 0.125 & "
+                                       "unsupported & 0 of 6000 differ \\\\\n"));
 }
 
 TEST_F(TableTest, AFailedCellHasItsStatusInsteadOfFigures) {

@@ -1,12 +1,11 @@
 // Configurations: every mistake is an error with its line and column; products expand in a fixed
 // order.
-#include "experiments/analysis/load_config.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
+#include "experiments/analysis/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/io.hpp"

@@ -1,4 +1,5 @@
-// What is said of two sets of rows: exact figures, counted work, times, and how often times are wronged.
+// What is said of two sets of rows: exact figures, counted work, times, and how often times are
+// wronged.
 #include "experiments/tracking/comparison.hpp"
 
 #include <gtest/gtest.h>
@@ -76,8 +77,11 @@ TEST(JudgeTimes, SaysWhyItDoesNotDecide) {
   EXPECT_EQ(judge_times(steady, steady, 0.05, false).outcome, Outcome::kSame);
   EXPECT_EQ(judge_times(steady, steady, 0.05, true).outcome, Outcome::kSame);
   // One sample a side, all equal, one outlier.
-  EXPECT_EQ(judge_times(std::vector{1.0}, std::vector{9.0}, 0.05, false).outcome, Outcome::kUndecided);
-  EXPECT_EQ(judge_times(std::vector<double>(12, 1.0), std::vector<double>(12, 1.0), 0.05, true).outcome, Outcome::kSame);
+  EXPECT_EQ(judge_times(std::vector{1.0}, std::vector{9.0}, 0.05, false).outcome,
+            Outcome::kUndecided);
+  EXPECT_EQ(
+      judge_times(std::vector<double>(12, 1.0), std::vector<double>(12, 1.0), 0.05, true).outcome,
+      Outcome::kSame);
   std::vector<double> outlier = steady;
   outlier.back() = 50;
   EXPECT_EQ(judge_times(steady, outlier, 0.05, false).outcome, Outcome::kSame);
@@ -152,7 +156,8 @@ TEST(CompareRows, NamesWhatFailsAndWhatIsMissing) {
   Row failed = row_of("a", 100, times);
   failed["status"] = "failed";
   failed["reason"] = "3 voxels differ";
-  const CompareReport report = compare_rows({row_of("a", 100, times), row_of("b", 1, times)}, {failed, row_of("c", 1, times)}, {});
+  const CompareReport report = compare_rows({row_of("a", 100, times), row_of("b", 1, times)},
+                                            {failed, row_of("c", 1, times)}, {});
   EXPECT_EQ(find(report, "status").outcome, Outcome::kDiffers);
   EXPECT_NE(find(report, "status").reason.find("3 voxels differ"), std::string::npos);
   EXPECT_EQ(report.only_in_base, std::vector<std::string>{"b"});
@@ -160,7 +165,8 @@ TEST(CompareRows, NamesWhatFailsAndWhatIsMissing) {
 }
 
 TEST(NoiseFloors, AreWhatABuildDiffersFromItselfBy) {
-  const auto path = (std::filesystem::temp_directory_path() / "cvrbench-noise-test" / "noise.json").string();
+  const auto path =
+      (std::filesystem::temp_directory_path() / "cvrbench-noise-test" / "noise.json").string();
   std::filesystem::remove_all(std::filesystem::path(path).parent_path());
   EXPECT_FALSE(load_floors(path, "m", Arrangement::kApart).knows("decode"));
   EXPECT_EQ(load_floors(path, "m", Arrangement::kApart).of("decode"), kAssumedFloor);
@@ -172,7 +178,10 @@ TEST(NoiseFloors, AreWhatABuildDiffersFromItselfBy) {
   provenance["machine"] = "m";
   store_floors(path, provenance, "config.yaml", Arrangement::kApart, measured);
   EXPECT_NEAR(load_floors(path, "m", Arrangement::kApart).of("decode"), 0.24, 1e-9);
-  EXPECT_NEAR(measure_floors({{{row_of("a", 1, times)}, {row_of("a", 1, times)}}}, true)["decode"]["floor"].get<double>(), 0.05, 1e-9);
+  EXPECT_NEAR(
+      measure_floors({{{row_of("a", 1, times)}, {row_of("a", 1, times)}}}, true)["decode"]["floor"]
+          .get<double>(),
+      0.05, 1e-9);
   EXPECT_FALSE(load_floors(path, "m", Arrangement::kInterleaved).knows("decode"));
   EXPECT_FALSE(load_floors(path, "other", Arrangement::kApart).knows("decode"));
   std::filesystem::remove_all(std::filesystem::path(path).parent_path());

@@ -20,7 +20,8 @@ TEST(MannWhitney, CountsTheWaysToDrawRanks) {
   // U = 1 and U = 0 can be had in one way each.
   EXPECT_DOUBLE_EQ(mann_whitney_p(Series{1, 2, 3, 4, 6}, Series{5, 7, 8, 9, 10}), 4.0 / 252);
   // Milton's table (1964): n = 6, m = 8, P[U <= 8] = 0.0213 to four places.
-  EXPECT_NEAR(mann_whitney_p(Series{1, 2, 3, 4, 9, 10}, Series{5, 6, 7, 8, 11, 12, 13, 14}) / 2, 0.0213, 5e-4);
+  EXPECT_NEAR(mann_whitney_p(Series{1, 2, 3, 4, 9, 10}, Series{5, 6, 7, 8, 11, 12, 13, 14}) / 2,
+              0.0213, 5e-4);
   EXPECT_DOUBLE_EQ(mann_whitney_p(Series{1, 4}, Series{2, 3}), 1);
 }
 
@@ -43,7 +44,8 @@ TEST(SignTest, CountsTheSigns) {
   const Series base{1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   EXPECT_DOUBLE_EQ(sign_test_p(base, Series{2, 2, 2, 2, 2, 2, 2, 2, 2, 2}), 2.0 / 1024);
   EXPECT_NEAR(sign_test_p(base, Series{0, 2, 2, 2, 2, 2, 2, 2, 2, 2}), 22.0 / 1024, 1e-12);
-  EXPECT_NEAR(sign_test_p(base, Series{0.1, 2, 2, 2, 2, 2, 2, 2, 2, 1}), 20.0 / 512, 1e-12);  // an equal pair counts for neither
+  EXPECT_NEAR(sign_test_p(base, Series{0.1, 2, 2, 2, 2, 2, 2, 2, 2, 1}), 20.0 / 512,
+              1e-12);  // an equal pair counts for neither
   EXPECT_EQ(sign_test_p(base, base), 1);
   EXPECT_EQ(sign_test_p(Series{}, Series{}), 1);
   EXPECT_THROW(sign_test_p(base, Series{1}), std::invalid_argument);

@@ -20,7 +20,8 @@ std::vector<double> noisy(const std::vector<double>& levels, double sigma, std::
 
 std::vector<double> levels(const std::vector<std::pair<int, double>>& parts) {
   std::vector<double> all;
-  for (const auto& [count, level] : parts) all.insert(all.end(), static_cast<std::size_t>(count), level);
+  for (const auto& [count, level] : parts)
+    all.insert(all.end(), static_cast<std::size_t>(count), level);
   return all;
 }
 
@@ -35,7 +36,8 @@ TEST(Steps, AreFoundWhereTheyAre) {
 
 TEST(Steps, AreNotFoundInNoiseOutliersAndShortSeries) {
   int wrong = 0;
-  for (std::uint64_t seed = 0; seed < 200; ++seed) wrong += !find_steps(noisy(levels({{40, 1}}), 0.04, seed), 0.05).empty();
+  for (std::uint64_t seed = 0; seed < 200; ++seed)
+    wrong += !find_steps(noisy(levels({{40, 1}}), 0.04, seed), 0.05).empty();
   EXPECT_LE(wrong, 2);
   auto outlier = noisy(levels({{20, 1}}), 0.01, 1);
   outlier[7] = 3;

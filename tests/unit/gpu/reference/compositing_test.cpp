@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kHalf = 128 / 255.0;  ///< an opacity of 0.5 in 8 bits
 
-/// Label 1: red, half; 2: green, half; 3: blue, opaque; 4: nearly nothing gets through; 0 and the rest invisible.
+/// Label 1: red, half; 2: green, half; 3: blue, opaque; 4: nearly nothing gets through; 0 and the
+/// rest invisible.
 Scene coloured_scene() {
   Scene scene = plain_scene();
   scene.materials = {{.first = 1, .last = 1, .opacity = 0.5, .colour = {{255, 0, 0}}},
@@ -25,7 +26,8 @@ Scene coloured_scene() {
 
 /// The one pixel of a row of labels, seen along x.
 Image see_row(const std::vector<unsigned>& labels, const Scene& scene, std::uint32_t brick = 16) {
-  const auto volume = make_volume({labels.size(), 1, 1}, [&](auto x, auto, auto) { return labels[x]; });
+  const auto volume =
+      make_volume({labels.size(), 1, 1}, [&](auto x, auto, auto) { return labels[x]; });
   const ReferenceRenderer renderer(volume, brick, 1);
   return renderer.render(scene, look(volume.info(), {-20, 0.5, 0.5}, {0, 0.5, 0.5}, {0, 1, 0}));
 }
@@ -56,17 +58,21 @@ TEST(Compositing, OneVisitBlendsOnce) {
   EXPECT_NEAR(see_row({1, 1, 1, 1}, coloured_scene()).colour[0], once, 1e-6);
   EXPECT_NEAR(see_row(std::vector<unsigned>(40, 1), coloured_scene()).colour[0], once, 1e-6)
       << "also across bricks";
-  EXPECT_NEAR(see_row({1, 0, 1}, coloured_scene()).colour[0], twice, 1e-6) << "an invisible label in between";
+  EXPECT_NEAR(see_row({1, 0, 1}, coloured_scene()).colour[0], twice, 1e-6)
+      << "an invisible label in between";
   std::vector<unsigned> apart(48, 0);
   apart.front() = apart.back() = 1;
-  EXPECT_NEAR(see_row(apart, coloured_scene()).colour[0], twice, 1e-6) << "an invisible brick in between";
+  EXPECT_NEAR(see_row(apart, coloured_scene()).colour[0], twice, 1e-6)
+      << "an invisible brick in between";
   std::vector<unsigned> at_borders(48, 0);
   at_borders[15] = at_borders[32] = 1;
-  EXPECT_NEAR(see_row(at_borders, coloured_scene()).colour[0], twice, 1e-6) << "and nothing but that brick";
+  EXPECT_NEAR(see_row(at_borders, coloured_scene()).colour[0], twice, 1e-6)
+      << "and nothing but that brick";
 }
 
 TEST(Compositing, EndsWhenNothingGetsThrough) {
-  // Opacity 230 / 255: T = 0.098, 0.0096, 0.00094 < 1 / 256. After the third visit the ray ends and the blue is not seen.
+  // Opacity 230 / 255: T = 0.098, 0.0096, 0.00094 < 1 / 256. After the third visit the ray ends and
+  // the blue is not seen.
   const double t = 25 / 255.0;
   expect_colour(see_row({4, 0, 4, 3}, coloured_scene()), 0, 0, t * t);
   expect_colour(see_row({4, 0, 4, 0, 4, 3}, coloured_scene()), 0.2 * t * t * t, 0.4 * t * t * t,
@@ -113,7 +119,8 @@ TEST(Shading, RayThatBeginsInAnOpaqueCell) {
       look(volume.info(), {2.3, 2.3, 2.3}, {2.5, 2.9, 2.5}, {0, 0, 1});  // |d| is largest along y
   for (const Shading shading : kShadings) {
     scene.shading = shading;
-    EXPECT_NEAR(renderer.render(scene, camera).colour[0], 1, 1e-6) << "lit, and no secondary ray is cast";
+    EXPECT_NEAR(renderer.render(scene, camera).colour[0], 1, 1e-6)
+        << "lit, and no secondary ray is cast";
   }
 }
 
@@ -125,19 +132,22 @@ volumes::Volume roofed(unsigned roof_label) {
   });
 }
 
-/// The red channel of the floor at a place, seen aslant along z (so that the roof is not in the way).
+/// The red channel of the floor at a place, seen aslant along z (so that the roof is not in the
+/// way).
 double floor_at(unsigned roof_label, double x, double z, Scene scene) {
   const auto volume = roofed(roof_label);
   scene.materials[2].colour = {{255, 255, 255}};
   const ReferenceRenderer renderer(volume, 16, 1);
-  return renderer.render(scene, look(volume.info(), {x, 5, z + 40}, {x, 1, z}, {0, 1, 0})).colour[0];
+  return renderer.render(scene, look(volume.info(), {x, 5, z + 40}, {x, 1, z}, {0, 1, 0}))
+      .colour[0];
 }
 
 TEST(Shading, ShadowsOfOpaqueAndSemiTransparentLabels) {
   Scene scene = coloured_scene();
   scene.ambient = 0.25;
   scene.shading = Shading::kShadow;
-  scene.light = {-1, 1, 0};  // the roof (8 .. 16, 9 or 10 above the floor) throws its shadow on x = 17 .. 26
+  scene.light = {
+      -1, 1, 0};  // the roof (8 .. 16, 9 or 10 above the floor) throws its shadow on x = 17 .. 26
   const double lambert = std::sqrt(0.5), lit = 0.25 + 0.75 * lambert, dark = 0.25;
   EXPECT_NEAR(floor_at(3, 21.5, 20.5, scene), dark, 1e-6);
   EXPECT_NEAR(floor_at(1, 21.5, 20.5, scene), 0.25 + 0.75 * lambert * (1 - kHalf), 1e-6);
@@ -150,8 +160,9 @@ TEST(Shading, ShadowsOfOpaqueAndSemiTransparentLabels) {
   EXPECT_NEAR(floor_at(3, 21.5, 20.5, scene), lit, 1e-6);
 }
 
-/// Share of the cosine-weighted hemisphere of a floor element that a wall hides which stands at distance c, begins beside it and
-/// goes on for b, a high (the view factor of a rectangle at right angles to the element's plane).
+/// Share of the cosine-weighted hemisphere of a floor element that a wall hides which stands at
+/// distance c, begins beside it and goes on for b, a high (the view factor of a rectangle at right
+/// angles to the element's plane).
 double hidden_by_wall(double a, double b, double c) {
   const double x = a / b, y = c / b, root = std::sqrt(x * x + y * y);
   return (std::atan(1 / y) - y / root * std::atan(1 / root)) / (2 * std::numbers::pi);
@@ -172,7 +183,8 @@ TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
     const Camera camera = look(volume.info(), {place[0], 30, place[2]}, place, {0, 0, 1});
     const double open = 1 - hidden_by_wall(16, 4.5, c) - hidden_by_wall(16, 11.5, c);
     const double sigma = std::sqrt(open * (1 - open) / kFrames);
-    EXPECT_NEAR(renderer.render(scene, camera, 0, kFrames).colour[0], open, 4 * sigma) << "distance " << c;
+    EXPECT_NEAR(renderer.render(scene, camera, 0, kFrames).colour[0], open, 4 * sigma)
+        << "distance " << c;
   }
   // Too short to reach the wall: nothing is hidden. Long enough: something is.
   const Camera camera = look(volume.info(), {46, 30, 28.5}, {46, 1, 28.5}, {0, 0, 1});
@@ -183,16 +195,16 @@ TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
 }
 
 TEST(Shading, FramesAreTheMeanOfSingleFrames) {
-  const auto volume =
-      make_volume({24, 20, 22}, [](auto x, auto y, auto z) { return (x * 7 + y * 5 + z * 3) % 11 < 3; });
+  const auto volume = make_volume(
+      {24, 20, 22}, [](auto x, auto y, auto z) { return (x * 7 + y * 5 + z * 3) % 11 < 3; });
   const ReferenceRenderer renderer(volume, 16, 2);
   Scene scene = plain_scene();
   scene.shading = Shading::kAo;
   scene.width = 24;
   scene.height = 16;
   const Camera camera{{0.8, 0.7, 1.2}, {0, 0, 0}, {0, 1, 0}, 45};
-  const Image both = renderer.render(scene, camera, 3, 2), third = renderer.render(scene, camera, 3),
-              fourth = renderer.render(scene, camera, 4);
+  const Image both = renderer.render(scene, camera, 3, 2),
+              third = renderer.render(scene, camera, 3), fourth = renderer.render(scene, camera, 4);
   EXPECT_FALSE(compare(third, fourth).identical());
   for (std::size_t i = 0; i < both.colour.size(); ++i)
     ASSERT_NEAR(both.colour[i], (third.colour[i] + fourth.colour[i]) / 2, 1e-6);
@@ -200,7 +212,8 @@ TEST(Shading, FramesAreTheMeanOfSingleFrames) {
 }
 
 TEST(Shading, AnisotropicVoxelsKeepWorldAngles) {
-  // Voxels twice as long along x: light at 45 degrees in the world makes a shadow half as many voxels long.
+  // Voxels twice as long along x: light at 45 degrees in the world makes a shadow half as many
+  // voxels long.
   auto volume = roofed(3);
   volume.info().voxel_size = {2, 1, 1};
   Scene scene = coloured_scene();

@@ -1,4 +1,5 @@
-// Rays against volumes whose answer is known: by hand for the hard ones, by brute force over all cells for random ones.
+// Rays against volumes whose answer is known: by hand for the hard ones, by brute force over all
+// cells for random ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,8 +25,8 @@ constexpr std::uint64_t number(std::uint64_t x, std::uint64_t y, std::uint64_t z
 }
 
 TEST(Rays, OneVoxelFromSixSides) {
-  const auto volume =
-      make_volume({9, 7, 5}, [](auto x, auto y, auto z) { return x == 4 && y == 3 && z == 2 ? 5 : 0; });
+  const auto volume = make_volume(
+      {9, 7, 5}, [](auto x, auto y, auto z) { return x == 4 && y == 3 && z == 2 ? 5 : 0; });
   const ReferenceRenderer renderer(volume, 16, 1);
   const Vector3 middle{4.5, 3.5, 2.5};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -85,8 +86,8 @@ TEST(Rays, CrossingsAtTheSameTimeGoXThenYThenZ) {
   // The diagonal through all corners: what lies beside it in the wrong order must not be seen.
   const auto seen = [](std::uint64_t x, std::uint64_t y, std::uint64_t z, const Vector3& from,
                        const Vector3& direction) {
-    const auto volume =
-        make_volume({4, 4, 4}, [&](auto i, auto j, auto k) { return i == x && j == y && k == z ? 9 : 0; });
+    const auto volume = make_volume(
+        {4, 4, 4}, [&](auto i, auto j, auto k) { return i == x && j == y && k == z ? 9 : 0; });
     return hit(ReferenceRenderer(volume, 16, 1), from, direction) == 9;
   };
   const Vector3 low{0.5, 0.5, 0.5}, high{3.5, 3.5, 3.5};
@@ -99,7 +100,8 @@ TEST(Rays, CrossingsAtTheSameTimeGoXThenYThenZ) {
   EXPECT_TRUE(seen(2, 3, 3, high, {-1, -1, -1}));
   EXPECT_TRUE(seen(2, 2, 3, high, {-1, -1, -1}));
   EXPECT_FALSE(seen(3, 2, 3, high, {-1, -1, -1}));
-  // From outside: x enters while y leaves at the same time; x comes first, so the voxel is seen, and not the other way round.
+  // From outside: x enters while y leaves at the same time; x comes first, so the voxel is seen,
+  // and not the other way round.
   EXPECT_TRUE(seen(0, 3, 2, {-2, 2, 2.5}, {1, 1, 0}));
   EXPECT_FALSE(seen(3, 0, 2, {2, -2, 2.5}, {1, 1, 0}));
 }
@@ -144,11 +146,13 @@ TEST(Rays, FromAMillionVoxelsAway) {
       << "at (4, 3, 2), by x first";
   EXPECT_EQ(hit(renderer, {1e6, 1e6 - 0.75, 1e6 - 1.75}, {-1, -1, -1}), number(3, 3, 2));
   const Vector3 aim{0, 2.25, 3.75}, from{-1e6, 7e5, -4e5};
-  EXPECT_EQ(hit(renderer, from, {aim[0] - from[0], aim[1] - from[1], aim[2] - from[2]}), number(0, 2, 3));
+  EXPECT_EQ(hit(renderer, from, {aim[0] - from[0], aim[1] - from[1], aim[2] - from[2]}),
+            number(0, 2, 3));
 }
 
 TEST(Rays, GrazingAFace) {
-  const auto volume = make_volume({1000, 4, 3}, [](auto x, auto y, auto) { return y == 1 ? 1 + x / 10 : 0; });
+  const auto volume =
+      make_volume({1000, 4, 3}, [](auto x, auto y, auto) { return y == 1 ? 1 + x / 10 : 0; });
   const ReferenceRenderer renderer(volume, 16, 1);
   // Falls from y = 2.5 by 1 voxel over 1000: meets the layer's top (y = 2) at x = 500.
   EXPECT_EQ(hit(renderer, {0.25, 2.5 - 1e-4, 1.5}, {1, -1e-3, 0}), 51u);
@@ -158,7 +162,8 @@ TEST(Rays, GrazingAFace) {
 
 TEST(Rays, LongVolumes) {
   const auto volume = make_volume(
-      {16384, 3, 2}, [](auto x, auto y, auto) { return x == 16383 ? 60000 : (y == 1 && x == 9001 ? 77 : 0); },
+      {16384, 3, 2},
+      [](auto x, auto y, auto) { return x == 16383 ? 60000 : (y == 1 && x == 9001 ? 77 : 0); },
       volumes::VoxelType::kU16);
   for (const std::uint32_t brick : {16u, 64u}) {
     const ReferenceRenderer renderer(volume, brick, 2);
@@ -173,8 +178,8 @@ TEST(Rays, LongVolumes) {
 
 TEST(Rays, LabelsOfEveryWidth) {
   const std::uint64_t label = 0xFEDCBA9876543210u;
-  for (const auto type : {volumes::VoxelType::kU8, volumes::VoxelType::kU16, volumes::VoxelType::kU32,
-                          volumes::VoxelType::kU64}) {
+  for (const auto type : {volumes::VoxelType::kU8, volumes::VoxelType::kU16,
+                          volumes::VoxelType::kU32, volumes::VoxelType::kU64}) {
     const auto volume = make_volume(
         {3, 3, 3}, [&](auto x, auto, auto) { return x == 1 ? label : 0; }, type);
     const unsigned bits = 8 * static_cast<unsigned>(volumes::size_of(type));
@@ -198,10 +203,12 @@ std::uint64_t first_by_brute_force(const LabelBricks& bricks, const View& view,
     for (std::uint64_t z = low.z; z < std::min(low.z + b, extent.z); z += edge) {
       for (std::uint64_t y = low.y; y < std::min(low.y + b, extent.y); y += edge) {
         for (std::uint64_t x = low.x; x < std::min(low.x + b, extent.x); x += edge) {
-          const std::uint64_t here = bricks.level(level).label({x >> level, y >> level, z >> level});
+          const std::uint64_t here =
+              bricks.level(level).label({x >> level, y >> level, z >> level});
           if (view.material(here).a == 0) continue;
           const Vector3 from{double(x), double(y), double(z)};
-          const Vector3 to{double(std::min(x + edge, extent.x)), double(std::min(y + edge, extent.y)),
+          const Vector3 to{double(std::min(x + edge, extent.x)),
+                           double(std::min(y + edge, extent.y)),
                            double(std::min(z + edge, extent.z))};
           double enter = 0, leave = kInfinity;
           for (std::size_t a = 0; a < 3; ++a) {
@@ -228,7 +235,8 @@ TEST(Rays, AgreeWithBruteForceOnRandomVolumesAtMixedLevels) {
       // Blocks of 2 or 3 voxels, so that something survives at the coarser levels.
       const std::uint64_t grain = 2 + random() % 2, seed = random();
       const auto volume = make_volume(extent, [&](auto x, auto y, auto z) {
-        std::mt19937_64 own(seed ^ (x / grain * 73856093 + y / grain * 19349663 + z / grain * 83492791));
+        std::mt19937_64 own(seed ^
+                            (x / grain * 73856093 + y / grain * 19349663 + z / grain * 83492791));
         own.discard(3);
         const std::uint64_t value = own();
         return static_cast<double>(value >> 11) * 0x1p-53 < density ? 1 + value % 200 : 0;
@@ -249,7 +257,8 @@ TEST(Rays, AgreeWithBruteForceOnRandomVolumesAtMixedLevels) {
                            (unit() * (1 + 2 * margin) - margin) * extent.z};
           };
           const Vector3 from = point(i % 2 == 0 ? 1 : 0), to = point(0.1);
-          const ReferenceRenderer::Ray ray{from, {to[0] - from[0], to[1] - from[1], to[2] - from[2]}};
+          const ReferenceRenderer::Ray ray{from,
+                                           {to[0] - from[0], to[1] - from[1], to[2] - from[2]}};
           const std::uint64_t truth = first_by_brute_force(bricks, view, ray);
           Walk walk(view, ray);
           std::uint64_t found = kNoLabel;
@@ -267,8 +276,8 @@ TEST(Rays, AgreeWithBruteForceOnRandomVolumesAtMixedLevels) {
 }
 
 TEST(Rays, VisitConnectedCellsInOrderOfTime) {
-  const auto volume =
-      make_volume({50, 40, 45}, [](auto x, auto y, auto z) { return 1 + (x / 3 + y / 5 + z / 4) % 7; });
+  const auto volume = make_volume(
+      {50, 40, 45}, [](auto x, auto y, auto z) { return 1 + (x / 3 + y / 5 + z / 4) % 7; });
   const LabelBricks bricks(volume, 16, 1);
   Scene scene = plain_scene();
   scene.height = 40;

@@ -1,4 +1,5 @@
-// Cameras, levels of detail, near-ties, the work that a picture needs, and that threads and caches change nothing.
+// Cameras, levels of detail, near-ties, the work that a picture needs, and that threads and caches
+// change nothing.
 #include "gpu/reference/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,8 @@ TEST(Reference, PrimaryRaysOfAPinhole) {
   scene.height = 2;
   const Camera camera{{0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 90};
   const auto ray = renderer.primary_ray(scene, camera, 3, 0);
-  const Vector3 origin{5, 10, 100}, direction{1.5 / 2, 0.5, -1};  // right 0.75 * 2, up 0.5, forward -z
+  const Vector3 origin{5, 10, 100},
+      direction{1.5 / 2, 0.5, -1};  // right 0.75 * 2, up 0.5, forward -z
   for (std::size_t axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(ray.origin[axis], origin[axis], 1e-12);
     EXPECT_NEAR(ray.direction[axis], direction[axis], 1e-12);
@@ -38,7 +40,8 @@ unsigned level_for(double footprint, double bias = 0) {
   Scene scene = plain_scene();
   scene.width = scene.height = 100;
   scene.lod_bias = bias;
-  // The eye is 2 * 16 from the brick's centre, so its distance is 48; tan(f / 2) is what makes the footprint.
+  // The eye is 2 * 16 from the brick's centre, so its distance is 48; tan(f / 2) is what makes the
+  // footprint.
   const double fov = 2 * std::atan(footprint * 100 / 2 / 48) * 180 / std::numbers::pi;
   return View(bricks, scene, {{0, 0, 2}, {0, 0, 0}, {0, 1, 0}, fov}, 1).level_of(0);
 }
@@ -64,13 +67,15 @@ TEST(Reference, LevelsReachBeyondVolumesThatEndInABrick) {
   Scene scene = plain_scene();
   scene.height = 100;
   scene.lod_bias = 0;
-  // In the world the eye is at (8.5 - 17, 8, 8); the centres lie at x = 8 and 24: distances 16.5 and 32.5, plus 16.
+  // In the world the eye is at (8.5 - 17, 8, 8); the centres lie at x = 8 and 24: distances 16.5
+  // and 32.5, plus 16.
   const double fov =
       2 * std::atan(0.5 * 100 * 4.0 / 40) * 180 / std::numbers::pi;  // footprint 4 at distance 40
   const View view(bricks, scene, {{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, fov}, 1);
   EXPECT_EQ(view.level_of(0), 1u);  // 32.5 of 40
   EXPECT_EQ(view.level_of(1), 2u);  // 48.5 of 40
-  // The sliver's own centre, at x = 16.5, would be at distance 41 and give level 1 where 4 is the footprint at 45.
+  // The sliver's own centre, at x = 16.5, would be at distance 41 and give level 1 where 4 is the
+  // footprint at 45.
   const double narrower = 2 * std::atan(0.5 * 100 * 4.0 / 45) * 180 / std::numbers::pi;
   EXPECT_EQ(View(bricks, scene, {{-1, 0, 0}, {0, 0, 0}, {0, 1, 0}, narrower}, 1).level_of(1), 2u);
 }
@@ -92,7 +97,8 @@ TEST(Reference, DistancesAreThoseOfTheWorld) {
 }
 
 TEST(Reference, CoarseLevelsShowThePyramid) {
-  // A wall of one voxel at x = 0 ties with the emptiness behind it and is first in order: level l makes it 2^l thick.
+  // A wall of one voxel at x = 0 ties with the emptiness behind it and is first in order: level l
+  // makes it 2^l thick.
   const auto volume = make_volume({16, 16, 16}, [](auto x, auto, auto) { return x == 0 ? 7 : 0; });
   const ReferenceRenderer renderer(volume, 16, 1);
   for (unsigned level = 0; level <= 4; ++level) {
@@ -112,7 +118,9 @@ TEST(Reference, NearTiesAreNearAndTies) {
       make_volume({8, 8, 8}, [](auto x, auto, auto z) { return z == 7 ? (x < 4 ? 1 : 2) : 3; });
   const ReferenceRenderer renderer(volume, 16, 1);
   const Scene scene = plain_scene();
-  const auto at = [&](double x, double y) { return look(volume.info(), {x, y, 30}, {x, y, 8}, {0, 1, 0}); };
+  const auto at = [&](double x, double y) {
+    return look(volume.info(), {x, y, 30}, {x, y, 8}, {0, 1, 0});
+  };
   const auto tie = [&](double x, double y, std::uint64_t other) {
     return renderer.is_near_tie(scene, at(x, y), 0, 0, other);
   };
@@ -195,8 +203,8 @@ TEST(Reference, SecondaryRaysCountAsWork) {
 }
 
 TEST(Reference, ThreadsAndBricksOfInvisibleLabelsChangeNothing) {
-  const auto volume =
-      make_volume({70, 50, 60}, [](auto x, auto y, auto z) { return (x / 9 + y / 7 * 3 + z / 8 * 5) % 13; });
+  const auto volume = make_volume(
+      {70, 50, 60}, [](auto x, auto y, auto z) { return (x / 9 + y / 7 * 3 + z / 8 * 5) % 13; });
   Scene scene = plain_scene();
   scene.materials = {{.first = 3, .last = 4}, {.first = 7, .last = 7, .opacity = 0.3}};
   scene.width = 96;

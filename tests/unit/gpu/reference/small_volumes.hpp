@@ -45,8 +45,8 @@ inline Camera look(const volumes::VolumeInfo& info, const Vector3& eye, const Ve
   return {scene_point(eye), scene_point(target), up, fov};
 }
 
-inline std::uint64_t hit(const ReferenceRenderer& renderer, const Vector3& origin, const Vector3& direction,
-                         const Scene& scene = plain_scene()) {
+inline std::uint64_t hit(const ReferenceRenderer& renderer, const Vector3& origin,
+                         const Vector3& direction, const Scene& scene = plain_scene()) {
   return renderer.trace(scene, Camera{}, {origin, direction});
 }
 

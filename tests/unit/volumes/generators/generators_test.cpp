@@ -1,5 +1,6 @@
-// What every generator promises: the same bytes for any box and any number of threads, golden hashes, sizes
-// down to one voxel, and clear refusals. The shapes of the single kinds are tested in shapes_test.cpp.
+// What every generator promises: the same bytes for any box and any number of threads, golden
+// hashes, sizes down to one voxel, and clear refusals. The shapes of the single kinds are tested in
+// shapes_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <xxhash.h>
@@ -69,7 +70,8 @@ TEST_P(Generators, AnyBoxEqualsTheCropOfTheWhole) {
 TEST_P(Generators, AnyNumberOfThreadsGivesTheSameBytes) {
   const std::string one = bytes_of(generate(GetParam(), kExtent, 1, 1));
   for (const unsigned threads : {0u, 2u, 5u}) {
-    EXPECT_TRUE(one == bytes_of(generate(GetParam(), kExtent, 1, threads))) << threads << " threads";
+    EXPECT_TRUE(one == bytes_of(generate(GetParam(), kExtent, 1, threads)))
+        << threads << " threads";
   }
 }
 
@@ -79,10 +81,12 @@ TEST_P(Generators, BytesAreThoseOfEveryMachine) {
 }
 
 TEST_P(Generators, SmallAndThinVolumes) {
-  for (const Extent extent : {Extent{1, 1, 1}, Extent{3, 5, 7}, Extent{1, 200, 1}, Extent{2, 1, 130}}) {
+  for (const Extent extent :
+       {Extent{1, 1, 1}, Extent{3, 5, 7}, Extent{1, 200, 1}, Extent{2, 1, 130}}) {
     const Volume volume = generate(GetParam(), extent);
     EXPECT_EQ(volume.extent(), extent);
-    EXPECT_TRUE(bytes_of(volume) == bytes_of(generate(GetParam(), extent, 1, 1))) << to_string(extent);
+    EXPECT_TRUE(bytes_of(volume) == bytes_of(generate(GetParam(), extent, 1, 1)))
+        << to_string(extent);
   }
 }
 
@@ -125,29 +129,32 @@ TEST(GeneratorTable, DescribesEveryKind) {
       EXPECT_FALSE(p.description.empty()) << info.kind << " " << p.name;
       for (const double value : {p.minimum, p.maximum}) {
         // Every value within the declared range is accepted, alone, at the smallest extent.
-        EXPECT_NO_THROW(read_all(*make_generator(info.kind, {2, 3, 4}, 1, {{std::string(p.name), value}}, 1)))
+        EXPECT_NO_THROW(
+            read_all(*make_generator(info.kind, {2, 3, 4}, 1, {{std::string(p.name), value}}, 1)))
             << info.kind << " " << p.name << "=" << value;
       }
     }
   }
-  EXPECT_THAT(kinds, testing::ElementsAre("cells", "fibers", "neurites", "atlas", "worst-case", "turbulence", "shells",
-                                          "marschner-lobb", "moving"));
+  EXPECT_THAT(kinds, testing::ElementsAre("cells", "fibers", "neurites", "atlas", "worst-case",
+                                          "turbulence", "shells", "marschner-lobb", "moving"));
 }
 
 TEST(GeneratorTable, SeedsAndExtentsMatter) {
-  for (const char* kind : {"cells", "fibers", "neurites", "atlas", "turbulence", "shells", "moving"}) {
+  for (const char* kind :
+       {"cells", "fibers", "neurites", "atlas", "turbulence", "shells", "moving"}) {
     const Extent extent{96, 80, 64};
-    const Volume first = generate({kind, {}, 0}, extent, 1), second = generate({kind, {}, 0}, extent, 2);
+    const Volume first = generate({kind, {}, 0}, extent, 1),
+                 second = generate({kind, {}, 0}, extent, 2);
     EXPECT_FALSE(bytes_of(first) == bytes_of(second)) << kind;
   }
 }
 
 /// A reader that exchanges axes must be found out by any of these volumes.
 TEST(GeneratorTable, FieldsChangeUnderExchangedAxes) {
-  for (const Case& c :
-       {Case{"cells", {}, 0}, Case{"fibers", {{"density", 40}}, 0}, Case{"neurites", {{"calibre", 16}}, 0},
-        Case{"atlas", {}, 0}, Case{"worst-case", {{"pattern", 1}}, 0}, Case{"turbulence", {}, 0},
-        Case{"shells", {}, 0}, Case{"moving", {}, 0}}) {
+  for (const Case& c : {Case{"cells", {}, 0}, Case{"fibers", {{"density", 40}}, 0},
+                        Case{"neurites", {{"calibre", 16}}, 0}, Case{"atlas", {}, 0},
+                        Case{"worst-case", {{"pattern", 1}}, 0}, Case{"turbulence", {}, 0},
+                        Case{"shells", {}, 0}, Case{"moving", {}, 0}}) {
     const Extent extent{60, 60, 60};
     const Volume volume = generate(c, extent);
     std::uint64_t xz = 0, xy = 0, yz = 0;
@@ -180,8 +187,9 @@ std::string refusal(std::string_view kind, const Extent& extent,
 TEST(GeneratorTable, RefusalsNameWhatIsAllowed) {
   constexpr Extent kSmall{4, 5, 6};
   EXPECT_THAT(refusal("cell", kSmall, {}),
-              testing::HasSubstr("expected one of cells, fibers, neurites, atlas, worst-case, turbulence, shells, "
-                                 "marschner-lobb, moving, found cell"));
+              testing::HasSubstr(
+                  "expected one of cells, fibers, neurites, atlas, worst-case, turbulence, shells, "
+                  "marschner-lobb, moving, found cell"));
   EXPECT_THAT(refusal("cells", kSmall, {{"volumes", 3}}),
               testing::HasSubstr("expected one of volume, jitter"));
   EXPECT_THAT(refusal("cells", kSmall, {{"volume", 1}}),
@@ -190,7 +198,8 @@ TEST(GeneratorTable, RefusalsNameWhatIsAllowed) {
               testing::HasSubstr("sweeps: expected a whole number from 0 to 32, found 1.5"));
   EXPECT_THAT(refusal("cells", kSmall, {{"heat", std::numeric_limits<double>::quiet_NaN()}}),
               testing::HasSubstr("found nan"));
-  EXPECT_THAT(refusal("worst-case", kSmall, {{"pattern", 6}}), testing::HasSubstr("from 0 to 5, found 6"));
+  EXPECT_THAT(refusal("worst-case", kSmall, {{"pattern", 6}}),
+              testing::HasSubstr("from 0 to 5, found 6"));
   EXPECT_THAT(refusal("worst-case", kSmall, {{"bits", 12}}),
               testing::HasSubstr("expected 8, 16, 32 or 64, found 12"));
   EXPECT_THAT(refusal("shells", kSmall, {{"bits", 12}}),

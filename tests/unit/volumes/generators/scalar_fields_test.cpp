@@ -14,7 +14,8 @@
 namespace cvr::volumes {
 namespace {
 
-std::vector<float> field(std::string_view kind, const Extent& extent, std::map<std::string, double> parameters, std::uint64_t seed = 1) {
+std::vector<float> field(std::string_view kind, const Extent& extent,
+                         std::map<std::string, double> parameters, std::uint64_t seed = 1) {
   parameters["bits"] = 32;
   const auto source = make_generator(kind, extent, seed, parameters, 2);
   EXPECT_EQ(source->info().kind, VolumeKind::kScalars);
@@ -51,7 +52,8 @@ TEST(StrictMath, AgreesWithLibm) {
     EXPECT_NEAR(cos_turns(t), std::cos(2 * M_PI * t), 1e-11) << t;
     EXPECT_EQ(floor_strict(t), std::floor(t)) << t;
   }
-  for (int i = -40; i <= 40; ++i) EXPECT_NEAR(exp2_strict(i / 10.0) / std::exp2(i / 10.0), 1, 1e-14) << i;
+  for (int i = -40; i <= 40; ++i)
+    EXPECT_NEAR(exp2_strict(i / 10.0) / std::exp2(i / 10.0), 1, 1e-14) << i;
 }
 
 TEST(Turbulence, HasItsMomentsAndFillsTheVolume) {
@@ -63,9 +65,11 @@ TEST(Turbulence, HasItsMomentsAndFillsTheVolume) {
 TEST(Turbulence, SteeperSpectraAreSmoother) {
   const auto roughness = [](double slope) {
     const Extent e{64, 60, 56};
-    const std::vector<float> values = field("turbulence", e, {{"slope", slope}, {"smallest", 1}, {"largest", 16}});
+    const std::vector<float> values =
+        field("turbulence", e, {{"slope", slope}, {"smallest", 1}, {"largest", 16}});
     double sum = 0;
-    for (std::size_t i = 1; i < values.size(); ++i) sum += i % e.x == 0 ? 0 : std::pow(values[i] - values[i - 1], 2);
+    for (std::size_t i = 1; i < values.size(); ++i)
+      sum += i % e.x == 0 ? 0 : std::pow(values[i] - values[i - 1], 2);
     return sum;
   };
   EXPECT_GT(roughness(0), 1.5 * roughness(1));
@@ -73,15 +77,20 @@ TEST(Turbulence, SteeperSpectraAreSmoother) {
   EXPECT_GT(roughness(2), 1.5 * roughness(3));
 }
 
-/// Octave k alone, as the field of one octave: amplitudes of two octaves must stand in the ratio that the slope asks for.
+/// Octave k alone, as the field of one octave: amplitudes of two octaves must stand in the ratio
+/// that the slope asks for.
 TEST(Turbulence, OctavesFollowTheSlope) {
   const Extent e{80, 72, 64};
   const double slope = 2.5;
-  const std::vector<float> both = field("turbulence", e, {{"slope", slope}, {"smallest", 4}, {"largest", 8}});
-  const std::vector<float> fine = field("turbulence", e, {{"slope", slope}, {"smallest", 4}, {"largest", 4}});
-  const std::vector<float> coarse = field("turbulence", e, {{"slope", slope}, {"smallest", 8}, {"largest", 8}});
+  const std::vector<float> both =
+      field("turbulence", e, {{"slope", slope}, {"smallest", 4}, {"largest", 8}});
+  const std::vector<float> fine =
+      field("turbulence", e, {{"slope", slope}, {"smallest", 4}, {"largest", 4}});
+  const std::vector<float> coarse =
+      field("turbulence", e, {{"slope", slope}, {"smallest", 8}, {"largest", 8}});
   // The two octaves are independent, so their correlations with the sum are as their amplitudes.
-  EXPECT_NEAR(correlation(both, coarse) / correlation(both, fine), std::exp2((slope - 1) / 2), 0.15);
+  EXPECT_NEAR(correlation(both, coarse) / correlation(both, fine), std::exp2((slope - 1) / 2),
+              0.15);
 }
 
 TEST(Shells, AirIsZeroAndWallsAreDense) {
@@ -91,15 +100,18 @@ TEST(Shells, AirIsZeroAndWallsAreDense) {
   EXPECT_GT(air / static_cast<double>(values.size()), 0.25);
   EXPECT_LT(air / static_cast<double>(values.size()), 0.9);
   EXPECT_GT(*std::ranges::max_element(values), 0.5F);
-  for (const std::uint64_t corner : {std::uint64_t{0}, e.x - 1, e.voxels() - 1}) EXPECT_EQ(values[corner], 0.0F);
+  for (const std::uint64_t corner : {std::uint64_t{0}, e.x - 1, e.voxels() - 1})
+    EXPECT_EQ(values[corner], 0.0F);
 }
 
 TEST(Shells, MoreWallsMeanMoreEdges) {
   const auto edges = [](double shells) {
     const std::vector<float> values =
-        field("shells", {96, 90, 84}, {{"shells", shells}, {"noise", 0}, {"dents", 0}, {"thickness", 3}, {"blur", 0.5}});
+        field("shells", {96, 90, 84},
+              {{"shells", shells}, {"noise", 0}, {"dents", 0}, {"thickness", 3}, {"blur", 0.5}});
     std::uint64_t count = 0;
-    for (std::size_t i = 1; i < values.size(); ++i) count += std::abs(values[i] - values[i - 1]) > 0.3F ? 1 : 0;
+    for (std::size_t i = 1; i < values.size(); ++i)
+      count += std::abs(values[i] - values[i - 1]) > 0.3F ? 1 : 0;
     return count;
   };
   EXPECT_GT(edges(4), edges(1) * 3 / 2);
@@ -109,17 +121,21 @@ TEST(MarschnerLobb, IsTheFormula) {
   const Extent e{41, 43, 45};
   const std::vector<float> values = field("marschner-lobb", e, {});
   for (std::uint64_t i = 0; i < e.voxels(); i += 7) {
-    const auto at = [](std::uint64_t v, std::uint64_t n) { return 2.0 * static_cast<double>(v) / static_cast<double>(n - 1) - 1; };
+    const auto at = [](std::uint64_t v, std::uint64_t n) {
+      return 2.0 * static_cast<double>(v) / static_cast<double>(n - 1) - 1;
+    };
     const double x = at(i % e.x, e.x), y = at(i / e.x % e.y, e.y), z = at(i / (e.x * e.y), e.z);
     const double r = std::sqrt(x * x + y * y);
     const double radial = std::cos(2 * M_PI * 6 * std::cos(M_PI * r / 2));
-    EXPECT_NEAR(values[i], (1 - std::sin(M_PI * z / 2) + 0.25 * (1 + radial)) / 2.5, 1e-6) << x << ' ' << y << ' ' << z;
+    EXPECT_NEAR(values[i], (1 - std::sin(M_PI * z / 2) + 0.25 * (1 + radial)) / 2.5, 1e-6)
+        << x << ' ' << y << ' ' << z;
   }
 }
 
 TEST(Moving, OneOctaveThatLivesLongIsCarriedByTheWind) {
   const Extent e{64, 20, 18};
-  const std::map<std::string, double> still{{"smallest", 8}, {"largest", 8}, {"lifetime", 1e6}, {"velocity", 2}};
+  const std::map<std::string, double> still{
+      {"smallest", 8}, {"largest", 8}, {"lifetime", 1e6}, {"velocity", 2}};
   std::map<std::string, double> later = still;
   later["time"] = 3;
   const std::vector<float> before = field("moving", e, still), after = field("moving", e, later);
@@ -131,17 +147,21 @@ TEST(Moving, OneOctaveThatLivesLongIsCarriedByTheWind) {
 }
 
 TEST(Moving, StepsAreAlikeWhenNearAndUnlikeWhenFar) {
-  const auto at = [](double time) { return field("moving", {64, 60, 40}, {{"time", time}, {"largest", 16}, {"velocity", 0.5}}); };
+  const auto at = [](double time) {
+    return field("moving", {64, 60, 40}, {{"time", time}, {"largest", 16}, {"velocity", 0.5}});
+  };
   const std::vector<float> first = at(0);
   EXPECT_EQ(first, at(0));
   EXPECT_GT(correlation(first, at(1)), 0.7);
   EXPECT_LT(std::abs(correlation(first, at(200))), 0.2);
-  EXPECT_NEAR(moments_of(at(7.5)).deviation, 1.0 / 6, 0.02);  // the variance is kept between two births
+  EXPECT_NEAR(moments_of(at(7.5)).deviation, 1.0 / 6,
+              0.02);  // the variance is kept between two births
 }
 
 TEST(Moving, ASeriesIsItsStepsStacked) {
   const Extent e{37, 22, 9};
-  std::map<std::string, double> parameters{{"bits", 8}, {"time", 2.5}, {"largest", 16}, {"lifetime", 3}};
+  std::map<std::string, double> parameters{
+      {"bits", 8}, {"time", 2.5}, {"largest", 16}, {"lifetime", 3}};
   const auto with = [&](double time, double steps, unsigned threads) {
     parameters["time"] = time, parameters["steps"] = steps;
     return make_generator("moving", e, 11, parameters, threads);

@@ -1,5 +1,5 @@
-// The stand-ins look like what they stand in for: numbers, sizes and shapes of their labels lie in bands
-// around the originals' figures.
+// The stand-ins look like what they stand in for: numbers, sizes and shapes of their labels lie in
+// bands around the originals' figures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST(Cells, HaveAThousandVoxelsEachAreCompactAndFillTheVolume) {
   EXPECT_EQ(volume.info().type, VoxelType::kU32);
   const auto shapes = shapes_of(volume);
   EXPECT_FALSE(shapes.contains(0));
-  EXPECT_EQ(shapes.size(), 13u * 11u * 9u);          // CELLS has 1,067,196 in 1000^3: 937 voxels each
+  EXPECT_EQ(shapes.size(), 13u * 11u * 9u);  // CELLS has 1,067,196 in 1000^3: 937 voxels each
   EXPECT_EQ(shapes.rbegin()->first, shapes.size());  // consecutive ids from 1
   std::size_t ordinary = 0, compact = 0;
   for (const auto& [label, shape] : shapes) {
@@ -72,7 +72,9 @@ TEST(Cells, IdsAreScatteredOrInScanOrder) {
       const auto a = static_cast<std::int64_t>(volume.label({x - 1, 10, 10}));
       const auto b = static_cast<std::int64_t>(volume.label({x, 10, 10}));
       changes += a != b ? 1 : 0;
-      far += a != b && std::abs(a - b) != 1 && std::abs(a - b) % 13 > 1 && std::abs(a - b) % 13 < 12 ? 1 : 0;
+      far += a != b && std::abs(a - b) != 1 && std::abs(a - b) % 13 > 1 && std::abs(a - b) % 13 < 12
+                 ? 1
+                 : 0;
     }
     return share(far, changes);
   };
@@ -120,8 +122,8 @@ TEST(Fibers, AreLongThinNumberedAndRare) {
 }
 
 TEST(Fibers, ManyFibersTakeThirtyTwoBits) {
-  const auto source =
-      make_generator("fibers", {1100, 1100, 1100}, 1, {{"density", 60}, {"length", 20}, {"attempts", 1}}, 2);
+  const auto source = make_generator("fibers", {1100, 1100, 1100}, 1,
+                                     {{"density", 60}, {"length", 20}, {"attempts", 1}}, 2);
   EXPECT_EQ(source->info().type, VoxelType::kU32);
 }
 
@@ -186,8 +188,8 @@ TEST(Atlas, IsNearlySymmetricAboutTheMiddle) {
 }
 
 std::vector<std::uint64_t> worst(double pattern, double bits = 32) {
-  const Volume volume =
-      generate("worst-case", {31, 17, 13}, {{"pattern", pattern}, {"bits", bits}, {"density", 0.2}});
+  const Volume volume = generate("worst-case", {31, 17, 13},
+                                 {{"pattern", pattern}, {"bits", bits}, {"density", 0.2}});
   std::vector<std::uint64_t> labels;
   const Extent& e = volume.extent();
   for (std::uint64_t i = 0; i < e.voxels(); ++i)
@@ -219,7 +221,8 @@ TEST(WorstCase, PatternsAreWhatTheySay) {
   EXPECT_EQ(sheets[1], sheets[31 * 17]);
 
   const auto salt = worst(3);
-  const auto grains = kVoxels - static_cast<std::size_t>(std::count(salt.begin(), salt.end(), kLargest));
+  const auto grains =
+      kVoxels - static_cast<std::size_t>(std::count(salt.begin(), salt.end(), kLargest));
   EXPECT_NEAR(share(grains, kVoxels), 0.2, 0.03);
   EXPECT_GT(distinct(salt).size(), grains * 9 / 10);
 
@@ -227,8 +230,8 @@ TEST(WorstCase, PatternsAreWhatTheySay) {
 
   const auto noise = worst(5);
   EXPECT_THAT(distinct(noise), testing::ElementsAre(0, kLargest));
-  EXPECT_NEAR(share(static_cast<std::size_t>(std::count(noise.begin(), noise.end(), 0u)), kVoxels), 0.5,
-              0.03);
+  EXPECT_NEAR(share(static_cast<std::size_t>(std::count(noise.begin(), noise.end(), 0u)), kVoxels),
+              0.5, 0.03);
 }
 
 TEST(WorstCase, EveryWidthOfVoxels) {

@@ -1,5 +1,5 @@
-// The real volumes of the folder CVRBENCH_DATA: every file opens and reads, and some have the shapes that are
-// on record.
+// The real volumes of the folder CVRBENCH_DATA: every file opens and reads, and some have the
+// shapes that are on record.
 #include <cstdlib>
 #include <map>
 

@@ -306,7 +306,8 @@ TEST_F(Names, TruncatedFilesAreErrors) {
   }
 }
 
-/// Any single changed byte of a small file gives a volume or an InputError, and never anything else.
+/// Any single changed byte of a small file gives a volume or an InputError, and never anything
+/// else.
 TEST_F(Names, ChangedBytesGiveVolumesOrErrors) {
   const Volume volume = patterned({5, 4, 3}, VoxelType::kU32, VolumeKind::kLabels);
   for (const char* name : {"a.nrrd", "b.nhdr", "d.nii", "e.nii.gz", "f.raw", "g.precomputed"}) {
