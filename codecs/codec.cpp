@@ -4,20 +4,16 @@
 
 #include <algorithm>
 
+#include "volumes/enum_names.hpp"
+
 namespace cvr::codecs {
 
 std::string_view name_of(Granularity granularity) {
-  switch (granularity) {
-    case Granularity::kVolume:
-      return "volume";
-    case Granularity::kBrick:
-      return "brick";
-    case Granularity::kBlock:
-      return "block";
-    case Granularity::kVoxel:
-      return "voxel";
-  }
-  return "?";
+  static constexpr auto kNames = volumes::enum_names<Granularity>({{Granularity::kVolume, "volume"},
+                                                                   {Granularity::kBrick, "brick"},
+                                                                   {Granularity::kBlock, "block"},
+                                                                   {Granularity::kVoxel, "voxel"}});
+  return kNames.of(granularity);
 }
 
 std::string_view name_of(ByteClass byte_class) {

@@ -147,6 +147,11 @@ class BrickAccess {
   /// (level_extent).
   virtual Expected<void> decode_brick(const Coordinate& brick, unsigned lod,
                                       std::byte* out) const = 0;
+  /// The label of a brick that has one alone, where that can be told without decoding it; none
+  /// where it has several, or where only decoding could tell.
+  virtual Expected<std::optional<std::uint64_t>> only_label(const Coordinate& /*brick*/) const {
+    return std::nullopt;
+  }
 };
 
 /// Optional facet of lossy codecs: coarser approximations of the finest level, each from a prefix

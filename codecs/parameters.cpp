@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "volumes/enum_names.hpp"
 #include "volumes/number_text.hpp"
 #include "volumes/plain_text.hpp"
 
@@ -53,15 +54,11 @@ std::optional<std::string> check(const ParameterSpec& spec, std::string_view val
 }  // namespace
 
 std::string_view name_of(ParameterType type) {
-  switch (type) {
-    case ParameterType::kInteger:
-      return "integer";
-    case ParameterType::kTriple:
-      return "triple";
-    case ParameterType::kText:
-      return "text";
-  }
-  return "?";
+  static constexpr auto kNames =
+      volumes::enum_names<ParameterType>({{ParameterType::kInteger, "integer"},
+                                          {ParameterType::kTriple, "triple"},
+                                          {ParameterType::kText, "text"}});
+  return kNames.of(type);
 }
 
 std::string describe_range(const ParameterSpec& spec) {

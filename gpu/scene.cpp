@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volumes/enum_names.hpp"
+
 namespace cvr::gpu {
 
 namespace {
@@ -84,23 +86,16 @@ Camera CameraPath::at(double part) const {
   return camera;
 }
 
-std::string_view name_of(Shading shading) {
-  switch (shading) {
-    case Shading::kShadow:
-      return "shadow";
-    case Shading::kAo:
-      return "ao";
-    default:
-      return "local";
-  }
-}
+namespace {
 
-std::optional<Shading> shading_from_name(std::string_view name) {
-  for (const Shading shading : kShadings) {
-    if (name_of(shading) == name) return shading;
-  }
-  return std::nullopt;
-}
+constexpr auto kShadingNames = volumes::enum_names<Shading>(
+    {{Shading::kLocal, "local"}, {Shading::kShadow, "shadow"}, {Shading::kAo, "ao"}});
+
+}  // namespace
+
+std::string_view name_of(Shading shading) { return kShadingNames.of(shading); }
+
+std::optional<Shading> shading_from_name(std::string_view name) { return kShadingNames.find(name); }
 
 Camera Scene::camera(std::uint32_t n) const {
   if (path_parts == 0 || frames >= path_frames)

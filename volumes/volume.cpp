@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "volumes/enum_names.hpp"
+
 namespace cvr::volumes {
 
 std::size_t size_of(VoxelType type) {
@@ -20,39 +22,29 @@ std::size_t size_of(VoxelType type) {
   return 0;
 }
 
-std::string_view name_of(VoxelType type) {
-  switch (type) {
-    case VoxelType::kU8:
-      return "u8";
-    case VoxelType::kU16:
-      return "u16";
-    case VoxelType::kU32:
-      return "u32";
-    case VoxelType::kU64:
-      return "u64";
-    case VoxelType::kI16:
-      return "i16";
-    case VoxelType::kF32:
-      return "f32";
-  }
-  return "?";
-}
+namespace {
+
+constexpr auto kTypeNames = enum_names<VoxelType>({{VoxelType::kU8, "u8"},
+                                                   {VoxelType::kU16, "u16"},
+                                                   {VoxelType::kU32, "u32"},
+                                                   {VoxelType::kU64, "u64"},
+                                                   {VoxelType::kI16, "i16"},
+                                                   {VoxelType::kF32, "f32"}});
+constexpr auto kKindNames =
+    enum_names<VolumeKind>({{VolumeKind::kLabels, "labels"}, {VolumeKind::kScalars, "scalars"}});
+
+}  // namespace
+
+std::string_view name_of(VoxelType type) { return kTypeNames.of(type); }
 
 std::optional<VoxelType> voxel_type_from_name(std::string_view name) {
-  for (const VoxelType type : kVoxelTypes) {
-    if (name_of(type) == name) return type;
-  }
-  return std::nullopt;
+  return kTypeNames.find(name);
 }
 
-std::string_view name_of(VolumeKind kind) {
-  return kind == VolumeKind::kLabels ? "labels" : "scalars";
-}
+std::string_view name_of(VolumeKind kind) { return kKindNames.of(kind); }
 
 std::optional<VolumeKind> volume_kind_from_name(std::string_view name) {
-  if (name == "labels") return VolumeKind::kLabels;
-  if (name == "scalars") return VolumeKind::kScalars;
-  return std::nullopt;
+  return kKindNames.find(name);
 }
 
 Extent ceil_div(const Extent& extent, std::uint64_t divisor) {

@@ -65,6 +65,7 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
 
   Expected<void> decode(unsigned lod, unsigned threads, SlabSink& sink) const override;
   Expected<void> decode_brick(const Coordinate& brick, unsigned lod, std::byte* out) const override;
+  Expected<std::optional<std::uint64_t>> only_label(const Coordinate& brick) const override;
   Expected<void> at(std::span<const Coordinate> points, unsigned lod,
                     std::span<std::uint64_t> labels) const override;
   Expected<std::optional<std::uint64_t>> entropy_bytes(unsigned threads) const override;
@@ -174,6 +175,23 @@ Expected<void> BrickDecoder::decode_brick(const Coordinate& brick, unsigned lod,
     return tl::unexpected(malformed(layout_.index(brick), error));
   }
   return {};
+}
+
+/// A brick that is a group of its own says how many labels it has (append_level_starts): all that it
+/// decodes to stand in its palette, so one entry is the label of every voxel.
+Expected<std::optional<std::uint64_t>> BrickDecoder::only_label(const Coordinate& brick) const {
+  if (!layout_.grid.contains(brick))
+    return fail(ErrorCode::kBadArgument,
+                fmt::format("brick ({}, {}, {}): outside the grid of {}", brick.x, brick.y, brick.z,
+                            to_string(layout_.grid)));
+  if (layout_.group > 1) return std::nullopt;
+  const std::span<const std::uint32_t> words = layout_.stored(brick).words;
+  if (words.size() <= layout_.levels + 1 || words[layout_.levels] != 1) return std::nullopt;
+  const std::uint64_t label = words.back();
+  if (remap_.empty()) return label;
+  if (label >= remap_.size())
+    return tl::unexpected(malformed(layout_.index(brick), "a label leaves the remap table"));
+  return remap_[label];
 }
 
 Expected<void> BrickDecoder::at(std::span<const Coordinate> points, unsigned lod,

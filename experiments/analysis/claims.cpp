@@ -61,7 +61,7 @@ std::string why_missing(const TableLine& line, const std::string& metric) {
     ran = true;
     const std::string status = row->value("status", "");
     if (status != kOk)
-      return fmt::format("{} {}: {} ({})", name, name_of(stage), status,
+      return fmt::format("{} {}: {} ({})", name, stage, status,
                          row->value("reason", "no reason given"));
   }
   return ran ? fmt::format("{} has no {}", name, metric) : fmt::format("{} has not been run", name);
@@ -271,20 +271,6 @@ Row describe(const Comparand& compared) {
 }
 
 }  // namespace
-
-std::string_view name_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kHolds:
-      return "holds";
-    case Verdict::kDoesNotHold:
-      return "does not hold";
-    case Verdict::kUndecided:
-      return "undecided";
-    case Verdict::kUnchecked:
-      return "cannot be checked here";
-  }
-  return "?";
-}
 
 std::size_t ClaimVerdict::count(Verdict wanted) const {
   return static_cast<std::size_t>(std::ranges::count(groups, wanted, &GroupVerdict::verdict));

@@ -19,12 +19,17 @@
 #include "experiments/analysis/reading.hpp"
 #include "experiments/analysis/tables.hpp"
 #include "experiments/config/config.hpp"
+#include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {
 
 enum class Verdict : std::uint8_t { kHolds, kDoesNotHold, kUndecided, kUnchecked };
-/// "holds", "does not hold", "undecided", "cannot be checked here".
-std::string_view name_of(Verdict verdict);
+inline constexpr auto kVerdictNames =
+    volumes::enum_names<Verdict>({{Verdict::kHolds, "holds"},
+                                  {Verdict::kDoesNotHold, "does not hold"},
+                                  {Verdict::kUndecided, "undecided"},
+                                  {Verdict::kUnchecked, "cannot be checked here"}});
+constexpr std::string_view name_of(Verdict verdict) { return kVerdictNames.of(verdict); }
 
 /// A figure, difference or ratio, and the sides that it is made of.
 struct Comparand {

@@ -15,10 +15,7 @@ namespace {
 
 using Pointer = Row::json_pointer;
 
-const Row* row_of(const LineContext& line, Stage stage) {
-  const auto found = line.rows.find(stage);
-  return found == line.rows.end() ? nullptr : found->second;
-}
+const Row* row_of(const LineContext& line, std::string_view stage) { return line.rows.find(stage); }
 
 bool is_ok(const Row& row) { return row.value("status", "") == kOk; }
 
@@ -33,7 +30,7 @@ Reading reading_of(double number, int digits) {
 }
 
 /// The row of a stage through `read`, or its status.
-Reading from_stage(const LineContext& line, Stage stage,
+Reading from_stage(const LineContext& line, std::string_view stage,
                    const std::function<Reading(const Row&)>& read) {
   const Row* row = row_of(line, stage);
   if (row == nullptr) return "";
@@ -41,7 +38,7 @@ Reading from_stage(const LineContext& line, Stage stage,
 }
 
 /// A number of the row of one stage, or that row's status.
-Reading from_stage(const LineContext& line, Stage stage, const char* pointer, int digits,
+Reading from_stage(const LineContext& line, std::string_view stage, const char* pointer, int digits,
                    double factor = 1) {
   return from_stage(line, stage, [&](const Row& row) -> Reading {
     const auto value = number_at(row, pointer);
@@ -69,7 +66,7 @@ Reading from_any(const LineContext& line, const char* pointer, int digits) {
 
 /// Of codecs with an entropy coder of their own; the others say nothing.
 Reading entropy_gap(const LineContext& line) {
-  return from_stage(line, Stage::kEncode, [](const Row& row) -> Reading {
+  return from_stage(line, kEncode, [](const Row& row) -> Reading {
     const auto entropy = number_at(row, "/size/entropy_bytes");
     if (!entropy || *entropy == 0) return "";
     const double stored = number_at(row, "/size/breakdown/operations").value_or(0) +
@@ -84,7 +81,7 @@ std::vector<double> samples_of(const Row& row, const char* pointer) {
 }
 
 /// Median seconds of "seconds" or "cpu_seconds".
-Reading seconds(const LineContext& line, Stage stage, const std::string& series,
+Reading seconds(const LineContext& line, std::string_view stage, const std::string& series,
                 const char* format) {
   return from_stage(line, stage, [&](const Row& row) -> Reading {
     const auto value = number_at(row, ("/time/" + series + "/median").c_str());
@@ -95,7 +92,7 @@ Reading seconds(const LineContext& line, Stage stage, const std::string& series,
 }
 
 /// What the row states as work a second: its interval is that of the seconds, inverted.
-Reading speed(const LineContext& line, Stage stage, const char* pointer, int digits) {
+Reading speed(const LineContext& line, std::string_view stage, const char* pointer, int digits) {
   Reading reading = from_stage(line, stage, pointer, digits);
   if (!reading.number) return reading;
   const Reading time = seconds(line, stage, "seconds", "{}");
@@ -108,7 +105,7 @@ Reading speed(const LineContext& line, Stage stage, const char* pointer, int dig
 }
 
 Reading access_time(const LineContext& line, std::string_view points, int lod = 0) {
-  return from_stage(line, Stage::kRandomAccess, [&](const Row& row) -> Reading {
+  return from_stage(line, kRandomAccess, [&](const Row& row) -> Reading {
     for (const Row& series : row.value("access", Row::array())) {
       if (series.value("points", "") != points || series.value("lod", -1) != lod) continue;
       if (const auto value = number_at(series, "/ns_per_voxel/median"))
@@ -168,8 +165,8 @@ Reading error_of(const LineContext& line, const char* pointer, const char* forma
   return {"exact", psnr ? std::numeric_limits<double>::infinity() : 0};
 }
 
-Reading of_each_step(const LineContext& line, Stage stage, const char* pointer, int digits,
-                     double factor = 1) {
+Reading of_each_step(const LineContext& line, std::string_view stage, const char* pointer,
+                     int digits, double factor = 1) {
   const Row* row = row_of(line, stage);
   if (row == nullptr || !is_ok(*row) || !row->contains("steps")) return "";
   std::string text;
@@ -187,8 +184,7 @@ Reading status_text(const LineContext& line) {
   for (const auto& [stage, row] : line.rows) {
     any = any || row != nullptr;
     if (row == nullptr || is_ok(*row)) continue;
-    text +=
-        fmt::format("{}{}: {}", text.empty() ? "" : "; ", name_of(stage), row->value("status", ""));
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", stage, row->value("status", ""));
   }
   return !any ? "not measured" : text.empty() ? "ok" : text;
 }
@@ -276,11 +272,11 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return Reading(l.on_front ? "*" : ""); }, false},
       {"step_bits_per_voxel", "step bits/voxel",
        "bits of the file a voxel that each step of a progressive codec needs",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/bits_per_voxel", 4); }, false},
+       [](L l) { return of_each_step(l, kDecode, "/bits_per_voxel", 4); }, false},
       {"step_psnr_db", "step PSNR dB", "of the volume that each step decodes to",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/psnr_db", 2); }, false},
+       [](L l) { return of_each_step(l, kDecode, "/psnr_db", 2); }, false},
       {"step_ms", "step ms", "median wall time of decoding each step",
-       [](L l) { return of_each_step(l, Stage::kDecode, "/seconds/median", 1, 1e3); }, false},
+       [](L l) { return of_each_step(l, kDecode, "/seconds/median", 1, 1e3); }, false},
       {"published_rate", "rate %",
        "bytes by the accounting of the papers' tables / bytes of the original by the same, in "
        "percent",
@@ -291,44 +287,40 @@ std::span<const Metric> voxel_metrics() {
        "distinct labels of the original, as its description states them",
        [](L l) { return from_any(l, "/dataset/original_labels", 0); }},
       {"rate_gzip", "rate % gzip -6", "the whole file through gzip -6, in percent of the original",
-       [](L l) {
-         return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_gzip", 3);
-       }},
+       [](L l) { return l.pseudo ? Reading() : from_stage(l, kEncode, "/size/rate_gzip", 3); }},
       {"rate_xz", "rate % xz -6", "the whole file through xz -6, in percent of the original",
-       [](L l) {
-         return l.pseudo ? Reading() : from_stage(l, Stage::kEncode, "/size/rate_xz", 3);
-       }},
+       [](L l) { return l.pseudo ? Reading() : from_stage(l, kEncode, "/size/rate_xz", 3); }},
       {"published", "published %", "the rate that the publication states, in percent",
        [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }},
       {"ratio", "ours/published", "published_rate measured here / rate published",
        ratio_to_published},
       {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",
-       [](L l) { return seconds(l, Stage::kEncode, "seconds", "{:.3g}"); }},
+       [](L l) { return seconds(l, kEncode, "seconds", "{:.3g}"); }},
       {"encode_gb_per_s", "encode GB/s", "10^9 bytes of the original encoded a second of wall time",
-       [](L l) { return speed(l, Stage::kEncode, "/time/gb_per_s", 3); }},
+       [](L l) { return speed(l, kEncode, "/time/gb_per_s", 3); }},
       {"encode_mvoxel_per_s", "encode Mvoxel/s", "10^6 voxels encoded a second of wall time",
-       [](L l) { return speed(l, Stage::kEncode, "/time/mvoxel_per_s", 1); }},
+       [](L l) { return speed(l, kEncode, "/time/mvoxel_per_s", 1); }},
       {"encode_interval", "encode +-%",
        "half width of the 95 % interval of the median encoding time, in percent",
-       [](L l) { return from_stage(l, Stage::kEncode, "/time/relative_interval", 1, 50); }},
+       [](L l) { return from_stage(l, kEncode, "/time/relative_interval", 1, 50); }},
       {"encode_cpu_seconds", "encode CPU s",
        "median processor time of encoding, all threads together",
-       [](L l) { return seconds(l, Stage::kEncode, "cpu_seconds", "{:.4f}"); }},
+       [](L l) { return seconds(l, kEncode, "cpu_seconds", "{:.4f}"); }},
       {"decode_seconds", "decode s", "median wall time of opening and decoding into memory",
-       [](L l) { return seconds(l, Stage::kDecode, "seconds", "{:.3g}"); }},
+       [](L l) { return seconds(l, kDecode, "seconds", "{:.3g}"); }},
       {"decode_gb_per_s", "decode GB/s", "10^9 bytes of the original decoded a second of wall time",
-       [](L l) { return speed(l, Stage::kDecode, "/time/gb_per_s", 3); }},
+       [](L l) { return speed(l, kDecode, "/time/gb_per_s", 3); }},
       {"decode_mvoxel_per_s", "decode Mvoxel/s", "10^6 voxels decoded a second of wall time",
-       [](L l) { return speed(l, Stage::kDecode, "/time/mvoxel_per_s", 1); }},
+       [](L l) { return speed(l, kDecode, "/time/mvoxel_per_s", 1); }},
       {"decode_interval", "decode +-%",
        "half width of the 95 % interval of the median decoding time, in percent",
-       [](L l) { return from_stage(l, Stage::kDecode, "/time/relative_interval", 1, 50); }},
+       [](L l) { return from_stage(l, kDecode, "/time/relative_interval", 1, 50); }},
       {"decode_whole_seconds", "decode s, whole",
        "decode_seconds times voxels of the original / voxels decoded: what the whole volume would "
        "take",
        [](L l) {
-         const Reading part = seconds(l, Stage::kDecode, "seconds", "{}");
-         return part.number ? of_whole(part, *row_of(l, Stage::kDecode)) : part;
+         const Reading part = seconds(l, kDecode, "seconds", "{}");
+         return part.number ? of_whole(part, *row_of(l, kDecode)) : part;
        }},
       {"access_uniform_ns", "access ns", "median ns a voxel, uniform points, finest level",
        [](L l) { return access_time(l, "uniform"); }},
@@ -344,7 +336,7 @@ std::span<const Metric> voxel_metrics() {
        "what is decoded to answer a point: the voxel, or the brick it lies in (unless it is that "
        "of the point before)",
        [](L l) {
-         return from_stage(l, Stage::kRandomAccess,
+         return from_stage(l, kRandomAccess,
                            [](const Row& row) { return Reading(row.value("access_by", "")); });
        },
        false},
@@ -353,6 +345,23 @@ std::span<const Metric> voxel_metrics() {
        [](L l) { return Reading(l.on_access_front ? "*" : ""); }, false},
       {"access_label_ns", "one-label ns", "median ns a voxel, points of one label, finest level",
        [](L l) { return access_time(l, "one-label"); }},
+      {"label_statistics_ns", "labels ns",
+       "median ns per voxel to count the voxels and the bounding box of every label",
+       [](L l) {
+         return from_stage(l, kLabelStatistics, [&](const Row& row) -> Reading {
+           const auto ns = number_at(row, "/label_statistics/ns_per_voxel");
+           const auto median = number_at(row, "/time/seconds/median");
+           if (!ns || !median) return "";
+           return timed({fmt::format("{:.3g}", *ns), *ns}, samples_of(row, "/time/seconds/samples"),
+                        *ns / *median);
+         });
+       }},
+      {"label_statistics_mvoxel_per_s", "labels Mvoxel/s",
+       "voxels per second, counting the voxels and the bounding box of every label",
+       [](L l) { return speed(l, kLabelStatistics, "/time/mvoxel_per_s", 1); }},
+      {"bricks_decoded", "bricks decoded",
+       "bricks that had to be decoded to count labels, of those that the codec has",
+       [](L l) { return from_stage(l, kLabelStatistics, "/label_statistics/bricks_decoded", 0); }},
       {"exact", "exact", "voxels of the decoded volume that differ from the original", exact_text},
       {"bound_kept", "bound kept",
        "yes or no: whether the largest error is at most the one that the codec's parameters "

@@ -2,7 +2,6 @@
 // what it means.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +10,7 @@
 
 #include "experiments/analysis/rate_distortion.hpp"
 #include "experiments/analysis/reading.hpp"
+#include "experiments/analysis/stage_rows.hpp"
 #include "experiments/config/cells.hpp"
 #include "experiments/config/metric_names.hpp"
 #include "experiments/config/published.hpp"
@@ -20,7 +20,7 @@ namespace cvr::experiments {
 
 /// What one line of a table is made of. Rows that do not exist are nullptr.
 struct LineContext {
-  std::map<Stage, const Row*> rows;
+  StageRows rows;
   const PublishedFigure* published = nullptr;
   bool pseudo = false;           ///< a line of memcpy: has no size
   bool on_front = false;         ///< no line of the same data set has fewer bits and a higher PSNR

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 
 namespace cvr::experiments {
 

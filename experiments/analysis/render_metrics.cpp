@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 
 namespace cvr::experiments {
 
@@ -19,9 +19,9 @@ using Pointer = Row::json_pointer;
 /// The value at a place of the row of the render stage through `read`; the row's status where it is
 /// not ok.
 Reading from_render(L line, const char* pointer, const std::function<Reading(const Row&)>& read) {
-  const auto found = line.rows.find(Stage::kRender);
-  if (found == line.rows.end() || found->second == nullptr) return "";
-  const Row& row = *found->second;
+  const Row* found = line.rows.find(kRender);
+  if (found == nullptr) return "";
+  const Row& row = *found;
   if (row.value("status", "") != kOk) return row.value("status", "");
   const Pointer at(pointer);
   return row.contains(at) ? read(row.at(at)) : "";
@@ -128,7 +128,7 @@ std::span<const Metric> render_metrics() {
        "slice by slice",
        [](L l) {
          const Reading part = frame_time(l, "/frames", "mean_ms", mean_of_round);
-         return part.number ? of_whole(part, *l.rows.at(Stage::kRender)) : part;
+         return part.number ? of_whole(part, *l.rows.find(kRender)) : part;
        }},
       {"frame_median_ms", "median ms", "median device time of a frame of the path",
        [](L l) { return frame_time(l, "/frames", "median_ms", quantile_of_round<50>); }},

@@ -22,7 +22,7 @@ std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Co
     const auto [at, added] = by_key.emplace(cell.line_key(), lines.size());
     if (added) lines.push_back({&cell, {}});
     const auto row = latest.find(cell.row_key());
-    lines[at->second].rows[cell.stage] = row == latest.end() ? nullptr : &row->second;
+    lines[at->second].rows[cell.stage->id] = row == latest.end() ? nullptr : &row->second;
   }
   // Line order: data sets, then threads, then codecs as the configuration lists them.
   std::map<std::string, std::size_t> dataset_order;

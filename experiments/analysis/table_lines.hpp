@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "experiments/analysis/metrics.hpp"
+#include "experiments/analysis/stage_rows.hpp"
 #include "experiments/config/config.hpp"
 #include "experiments/config/published.hpp"
 #include "experiments/results/rows.hpp"
@@ -15,8 +16,8 @@
 namespace cvr::experiments {
 
 struct TableLine {
-  const Cell* cell;                  ///< any of the line
-  std::map<Stage, const Row*> rows;  ///< nullptr where there is none yet
+  const Cell* cell;  ///< any of the line
+  StageRows rows;    ///< nullptr where there is none yet
 };
 
 /// The lines of the cells of the render stage or of those of all others that `where` keeps, data

@@ -32,8 +32,7 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<std::stri
       const std::string status = row->value("status", "");
       if (status == kOk) continue;
       const std::string reason = escape_markdown(
-          fmt::format("{} {}: {}", name_of(stage), status, row->value("reason", "no reason given")),
-          false);
+          fmt::format("{} {}: {}", stage, status, row->value("reason", "no reason given")), false);
       auto& who = reasons[reason];
       std::string name = status == kDataMissing ? line.cell->dataset->name : line.cell->codec;
       if (line.cell->render && status != kDataMissing) name += " " + line.cell->render->access;

@@ -13,6 +13,7 @@ struct Environment {
   std::string program;  ///< path of this program, for worker processes
   std::string data;     ///< the folder that ${CVRBENCH_DATA} stands for; may be empty
   std::string cache;    ///< folder for raw copies of data sets
+  std::string share;    ///< folder for noise floors and history
 };
 
 int run_command_line(int argc, char** argv, const Environment& environment);

@@ -1,4 +1,4 @@
-// list codecs | datasets | metrics | caches | devices
+// list codecs | datasets | metrics | caches | stages | devices | config
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,6 +6,9 @@
 #include "codecs/registry.hpp"
 #include "experiments/analysis/metrics.hpp"
 #include "experiments/cli/commands.hpp"
+#include "experiments/config/key_documents.hpp"
+#include "experiments/run/load_config.hpp"
+#include "experiments/stages/stage_kind.hpp"
 #include "gpu/caches/cache.hpp"
 #include "gpu/vulkan/device.hpp"
 
@@ -129,6 +132,20 @@ void list_caches(bool json) {
   if (json) print_json(all);
 }
 
+void list_stages(bool json) {
+  Row all = Row::array();
+  for (const StageTraits* stage : stage_traits()) {
+    all.push_back({{"id", stage->id}, {"summary", stage->sentence}});
+    if (!json) fmt::print("{:<18} {}\n", stage->id, stage->sentence);
+  }
+  if (json) print_json(all);
+}
+
+/// The keys of configurations and of the files that they name: a page of docs, or a JSON schema.
+void list_config(bool json) {
+  fmt::print("{}", json ? configuration_schema(vocabulary()) : configuration_page(vocabulary()));
+}
+
 /// 3 where nothing can draw.
 int list_devices(bool json) {
   Row all = Row::array();
@@ -165,15 +182,19 @@ struct ListOptions {
 }  // namespace
 
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code) {
-  auto* command =
-      app.add_subcommand("list", "Lists codecs, data sets, metrics, access modes or devices");
+  auto* command = app.add_subcommand("list",
+                                     "Lists codecs, data sets, metrics, access modes, stages, "
+                                     "devices or the keys of configurations");
   auto options = std::make_shared<ListOptions>();
   options->data = environment.data;
-  command->add_option("what", options->what, "codecs | datasets | metrics | caches | devices")
+  command
+      ->add_option("what", options->what,
+                   "codecs | datasets | metrics | caches | stages | devices | config")
       ->required();
   command->add_option("--datasets", options->datasets, "folder of data set descriptions");
   command->add_option("--data", options->data, "folder that ${CVRBENCH_DATA} stands for");
-  command->add_flag("--json", options->json, "an array of objects on standard output");
+  command->add_flag("--json", options->json,
+                    "an array of objects on standard output; of config a JSON schema");
   command->callback([options, &environment, &exit_code] {
     Environment here = environment;
     here.data = options->data;
@@ -182,12 +203,15 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
     if (options->what == "datasets") return list_datasets(options->datasets, here, options->json);
     if (options->what == "metrics") return list_metrics(options->json);
     if (options->what == "caches") return list_caches(options->json);
+    if (options->what == "stages") return list_stages(options->json);
+    if (options->what == "config") return list_config(options->json);
     if (options->what == "devices") {
       exit_code = list_devices(options->json);
       return;
     }
     throw volumes::InputError(fmt::format(
-        "list: expected codecs, datasets, metrics, caches or devices, found '{}'", options->what));
+        "list: expected codecs, datasets, metrics, caches, stages, devices or config, found '{}'",
+        options->what));
   });
 }
 

@@ -41,5 +41,11 @@ int main(int argc, char** argv) {
   } else {
     environment.cache = ".cvrbench-cache";
   }
+  if (const std::string data = variable("XDG_DATA_HOME"); !data.empty()) {
+    environment.share = data + "/cvrbench";
+  } else {
+    const std::string home = variable("HOME");
+    environment.share = (home.empty() ? "." : home) + "/.local/share/cvrbench";
+  }
   return cvr::experiments::cli::run_command_line(argc, argv, environment);
 }

@@ -9,12 +9,12 @@
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
-#include "experiments/analysis/statistics.hpp"
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
 #include "experiments/config/scene_file.hpp"
 #include "experiments/config/yaml_reader.hpp"
+#include "experiments/results/statistics.hpp"
 #include "experiments/stages/render_parts.hpp"
 #include "gpu/caches/cache.hpp"
 #include "gpu/renderer.hpp"

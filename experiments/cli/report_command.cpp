@@ -123,9 +123,7 @@ int report(const ReportChoices& c, const Environment& environment) {
   for (const std::string& folder : c.results) words.insert(words.end(), {"--results", folder});
   if (!c.figures.empty()) words.insert(words.end(), {"--figures", c.figures});
   if (!c.title.empty()) words.insert(words.end(), {"--title", c.title});
-  if (const std::string store = c.store.empty() ? default_history() : c.store;
-      fs::is_directory(store, error))
-    words.insert(words.end(), {"--store", store});
+  if (fs::is_directory(c.store, error)) words.insert(words.end(), {"--store", c.store});
   words.front() = find_python(watch);
   const int code = run_program(words, false, watch);
   return code == kExitOk || code == kExitCheckFailed || code == kExitUsage ? code
@@ -136,6 +134,7 @@ int report(const ReportChoices& c, const Environment& environment) {
 
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code) {
   auto c = std::make_shared<ReportChoices>();
+  c->store = environment.share + "/history";
   auto* command = app.add_subcommand("report",
                                      "Makes one self-contained HTML page of results: summary, "
                                      "tables, claims, figures, pictures, provenance");

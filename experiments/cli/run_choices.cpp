@@ -10,10 +10,10 @@
 #include <array>
 #include <filesystem>
 
-#include "experiments/analysis/load_config.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/config/table_spec.hpp"
 #include "experiments/config/yaml_reader.hpp"
+#include "experiments/run/load_config.hpp"
 #include "volumes/plain_text.hpp"
 
 namespace cvr::experiments::cli {

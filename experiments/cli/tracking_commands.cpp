@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 
 struct TrackingChoices {
   RunChoices run;
-  std::string base, fresh, noise = default_noise_path(), format = "md", fail_on = "slower";
-  std::string store = default_history(), machine, baseline, since;
+  std::string base, fresh, noise, format = "md", fail_on = "slower";
+  std::string store, machine, baseline, since;
   std::vector<std::string> results;
   std::uint64_t repeats = 2;
   bool explain = false, all_machines = false;
@@ -264,6 +264,8 @@ void add_tracking_commands(CLI::App& app, const Environment& environment, int& e
   auto c = std::make_shared<TrackingChoices>();
   c->run.data = environment.data;
   c->run.cache = environment.cache;
+  c->noise = environment.share + "/noise.json";
+  c->store = environment.share + "/history";
   const auto add_compare_options = [c](CLI::App& command) {
     command.add_flag("--explain", c->explain,
                      "every quantity with its figures and the reason of its verdict");

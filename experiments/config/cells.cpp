@@ -10,35 +10,6 @@
 
 namespace cvr::experiments {
 
-namespace {
-
-/// Counts changes of what a stage measures: rows of other versions are not the same cell.
-/// 2: memory since the check, points of random access from what is known of the codec.
-int measurement_version(Stage stage) { return stage == Stage::kRender ? 1 : 2; }
-
-}  // namespace
-
-std::string_view name_of(Stage stage) {
-  switch (stage) {
-    case Stage::kEncode:
-      return "encode";
-    case Stage::kDecode:
-      return "decode";
-    case Stage::kRandomAccess:
-      return "random-access";
-    case Stage::kRender:
-      return "render";
-  }
-  return "?";
-}
-
-std::optional<Stage> stage_from_name(std::string_view name) {
-  for (const Stage stage : kStages) {
-    if (name_of(stage) == name) return stage;
-  }
-  return std::nullopt;
-}
-
 std::string Cell::line_key() const {
   const volumes::Extent extent = dataset->generator ? dataset->generated_extent() : dataset->extent;
   const std::string axes = dataset->axes.empty() ? "" : " axes=" + dataset->axes;
@@ -47,7 +18,7 @@ std::string Cell::line_key() const {
   return render ? fmt::format("{}|{}", line, render->key()) : line;
 }
 
-std::string Cell::row_key() const { return fmt::format("{}|{}", line_key(), name_of(stage)); }
+std::string Cell::row_key() const { return fmt::format("{}|{}", line_key(), stage->id); }
 
 std::string Cell::changes() const {
   const codecs::Codec* known = codecs::find_codec(codec);
@@ -60,7 +31,7 @@ std::string Cell::describe() const {
     return fmt::format("{} {}{}{} render, {}", dataset->name, codec, values.empty() ? "" : " ",
                        values, render->describe());
   return fmt::format("{} {}{}{} {}, {} thread{}", dataset->name, codec, values.empty() ? "" : " ",
-                     values, name_of(stage), threads.count, threads.count == 1 ? "" : "s");
+                     values, stage->id, threads.count, threads.count == 1 ? "" : "s");
 }
 
 std::string canonical_text(const Cell& cell, const std::string& data_identity) {
@@ -68,9 +39,9 @@ std::string canonical_text(const Cell& cell, const std::string& data_identity) {
       "measurement={}\ndataset={}\ndata={}\nbytes_per_voxel={}\ncodec={}\nversion={}\nparameters={}"
       "\nstage={}"
       "\nthreads={}\n",
-      measurement_version(cell.stage), cell.dataset->name, data_identity,
-      cell.dataset->bytes_per_voxel, cell.codec, cell.codec_version, cell.parameters.canonical(),
-      name_of(cell.stage), cell.threads.count);
+      cell.stage->version, cell.dataset->name, data_identity, cell.dataset->bytes_per_voxel,
+      cell.codec, cell.codec_version, cell.parameters.canonical(), cell.stage->id,
+      cell.threads.count);
   if (cell.render) text += fmt::format("render={}\n", cell.render->identity());
   return text;
 }
@@ -100,7 +71,7 @@ std::string label_of(const Cell& cell, const std::string& key) {
 bool Filter::keeps(const Cell& cell) const {
   std::map<std::string, bool> kept;
   for (const auto& [key, glob] : only) {
-    const std::string value = key == "stage"     ? std::string(name_of(cell.stage))
+    const std::string value = key == "stage"     ? std::string(cell.stage->id)
                               : key == "threads" ? std::to_string(cell.threads.count)
                                                  : label_of(cell, key);
     kept[key] = kept[key] || fnmatch(glob.c_str(), value.c_str(), 0) == 0;

@@ -14,15 +14,9 @@
 #include "codecs/codec.hpp"
 #include "experiments/config/datasets.hpp"
 #include "experiments/config/render_choice.hpp"
+#include "experiments/config/vocabulary.hpp"
 
 namespace cvr::experiments {
-
-enum class Stage : std::uint8_t { kEncode, kDecode, kRandomAccess, kRender };
-inline constexpr std::array kStages{Stage::kEncode, Stage::kDecode, Stage::kRandomAccess,
-                                    Stage::kRender};
-/// "encode", "decode", "random-access", "render".
-std::string_view name_of(Stage stage);
-std::optional<Stage> stage_from_name(std::string_view name);
 
 /// The pseudo codec of the first line of a table: copies the voxels, the speed of light of this
 /// machine.
@@ -39,7 +33,7 @@ struct Cell {
   std::string codec;  ///< an id of the registry, or kMemcpy
   std::uint32_t codec_version = 0;
   codecs::Parameters parameters;
-  Stage stage = Stage::kEncode;
+  const StageTraits* stage = nullptr;  ///< of the stage registry; never nullptr in a cell
   Threads threads;
   std::optional<RenderChoice> render = std::nullopt;  ///< of the render stage, and only there
 
@@ -60,7 +54,7 @@ std::string canonical_text(const Cell& cell, const std::string& data_identity);
 std::string cell_id(const Cell& cell, const std::string& data_identity);
 
 /// What a cell is called in tables: the value of dataset, kind, codec, extent, type, parameters,
-/// threads, one of kRenderLabels, or a parameter's name; "" where the cell has no such thing.
+/// threads, one of render_labels(), or a parameter's name; "" where the cell has no such thing.
 std::string label_of(const Cell& cell, const std::string& key);
 
 /// Labels and globs.

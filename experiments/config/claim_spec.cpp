@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/config/table_spec.hpp"
+#include "experiments/config/render_options.hpp"
 
 namespace cvr::experiments {
 
@@ -13,25 +13,43 @@ namespace {
 
 constexpr double kLargest = 1e300;
 
-Comparison read_comparison(const YamlValue& value) {
-  const std::string name = value.text("difference or ratio");
-  if (name == "difference") return Comparison::kDifference;
-  if (name == "ratio") return Comparison::kRatio;
-  value.expected("difference or ratio");
+/// The value of a word in a table of names.
+template <class Names>
+auto named(const Names& names, std::vector<std::string> words, const std::string& what) {
+  using E = decltype(names.entries[0].first);
+  const auto word = one_word(std::move(words), what);
+  return Shape<std::remove_cvref_t<E>>{
+      [read = word.read, &names](const YamlValue& value) { return *names.find(read(value)); },
+      word.values, word.schema};
 }
 
-Quorum read_quorum(const YamlValue& value) {
-  const std::string name = value.text("all, most or some");
-  if (name == "all") return Quorum::kAll;
-  if (name == "most") return Quorum::kMost;
-  if (name == "some") return Quorum::kSome;
-  value.expected("all, most or some");
+Shape<std::string> number_metric(MetricNames metrics) {
+  auto shape = metric_name(metrics);
+  shape.read = [read = shape.read, metrics](const YamlValue& value) {
+    std::string name = read(value);
+    if (!find_metric_name(metrics, name)->numeric) value.expected("a metric that is a number");
+    return name;
+  };
+  shape.values = "a metric that is a number";
+  return shape;
 }
 
-std::string read_number_metric(const YamlValue& value, MetricNames metrics) {
-  const std::string name = read_metric(value, metrics);
-  if (!find_metric_name(metrics, name)->numeric) value.expected("a metric that is a number");
-  return name;
+Shape<ClaimSide> one_side() {
+  const auto all = conditions();
+  return {[read = all.read](const YamlValue& value) {
+            return ClaimSide{read(value), value.place()};
+          },
+          all.values, all.schema};
+}
+
+/// A key whose value goes into a member of the claim.
+template <class T, class M>
+Key<ClaimDraft> claim_key(std::string name, M ClaimSpec::*member, const Shape<T>& shape,
+                          std::string fallback, std::string sentence) {
+  return key<ClaimDraft>(
+      std::move(name), shape,
+      [member](ClaimDraft& d, T value) { d.claim.*member = std::move(value); }, std::move(fallback),
+      std::move(sentence));
 }
 
 bool is_psnr(std::string_view metric) { return metric.ends_with("psnr_db"); }
@@ -84,60 +102,70 @@ bool is_about_images(const ClaimSpec& claim, MetricNames metrics) {
 
 }  // namespace
 
-std::string_view name_of(Comparison comparison) {
-  switch (comparison) {
-    case Comparison::kFigure:
-      return "figure";
-    case Comparison::kDifference:
-      return "difference";
-    case Comparison::kRatio:
-      return "ratio";
-  }
-  return "?";
+std::vector<Key<ClaimDraft>> claim_keys(const std::string& config_path, MetricNames metrics) {
+  using D = ClaimDraft;
+  const auto any = real_number(-kLargest, kLargest);
+  const auto order = list_of(one_side(), "sides");
+  const Shape<std::vector<ClaimSide>> two_or_more{[read = order.read](const YamlValue& value) {
+                                                    auto sides = read(value);
+                                                    if (sides.size() < 2)
+                                                      value.expected("a list of two sides or more");
+                                                    return sides;
+                                                  },
+                                                  "a list of two maps of conditions or more",
+                                                  schema_of_list(conditions().schema, 2)};
+  return {
+      required(
+          claim_key("name", &ClaimSpec::name, one_text("a name"), "", "Tells it from others.")),
+      required(claim_key("says", &ClaimSpec::says, one_text("what the paper says"), "",
+                         "The paper's words, shortened.")),
+      required(claim_key("source", &ClaimSpec::source, one_text("paper and section"), "",
+                         "Paper, section, figure.")),
+      required(
+          claim_key("metric", &ClaimSpec::metric, number_metric(metrics), "", "What is compared.")),
+      key("left", &D::left, one_side(), "", "One line of a table in each group."),
+      key("right", &D::right, one_side(), "", "What it is compared with; or"),
+      claim_key("value", &ClaimSpec::value, any, "", "a number; or"),
+      claim_key("published", &ClaimSpec::published,
+                map_of(published_place_keys(config_path), "a map"), "",
+                "the published figure of the same line and quantity; or none of them: the figure "
+                "itself is held to the bounds."),
+      key<D>(
+          "order", two_or_more,
+          [](D& d, std::vector<ClaimSide> sides) {
+            d.claim.ordered = true;
+            d.claim.sides = std::move(sides);
+          },
+          "", "In place of left and right: lines by ascending metric."),
+      claim_key("compare", &ClaimSpec::compare,
+                named(kComparisonNames, {"difference", "ratio"}, "difference or ratio"), "",
+                "left - right or left / right; needed beside right, value, published and order."),
+      claim_key("at_least", &ClaimSpec::at_least, any, "",
+                "Bound of the figure, difference or ratio; one of them or both, not beside order."),
+      claim_key("at_most", &ClaimSpec::at_most, any, "", "The other bound."),
+      claim_key("tolerance", &ClaimSpec::tolerance, real_number(0, kLargest), "0",
+                "Widens the bounds."),
+      claim_key("over", &ClaimSpec::over, number_metric(metrics), "",
+                "The sides are curves of a PSNR over this metric, and their difference is the mean "
+                "over the logarithm of what both have."),
+      claim_key("each", &ClaimSpec::each, list_of(line_label(), "labels"), "one group",
+                "A group for each combination of the values of these labels."),
+      claim_key("where", &ClaimSpec::where, conditions(), "", "Restricts all sides."),
+      claim_key("holds_in", &ClaimSpec::quorum,
+                named(kQuorumNames, {"all", "most", "some"}, "all, most or some"), "all",
+                "Of the groups that can be checked, where the paper speaks of such a share."),
+  };
 }
 
 ClaimSpec read_claim(const YamlValue& value, const std::string& config_path, MetricNames metrics) {
-  ClaimSpec claim;
-  std::optional<ClaimSide> left, right;
-  const auto side_into = [](std::optional<ClaimSide>& side) {
-    return [&side](const YamlValue& v) { side = ClaimSide{read_conditions(v), v.place()}; };
-  };
-  const auto number_into = [](auto& target) {
-    return [&target](const YamlValue& v) { target = v.number(-kLargest, kLargest); };
-  };
-  value.fields(
-      {{"name", [&](const YamlValue& v) { claim.name = v.text("a name"); }, true},
-       {"says", [&](const YamlValue& v) { claim.says = v.text("what the paper says"); }, true},
-       {"source", [&](const YamlValue& v) { claim.source = v.text("paper and section"); }, true},
-       {"metric", [&](const YamlValue& v) { claim.metric = read_number_metric(v, metrics); }, true},
-       {"left", side_into(left)},
-       {"right", side_into(right)},
-       {"value", number_into(claim.value)},
-       {"published",
-        [&](const YamlValue& v) { claim.published = read_published_place(v, config_path); }},
-       {"order",
-        [&](const YamlValue& v) {
-          claim.ordered = true;
-          for (const YamlValue& one : v.list("sides"))
-            claim.sides.push_back({read_conditions(one), one.place()});
-          if (claim.sides.size() < 2) v.expected("a list of two sides or more");
-        }},
-       {"compare", [&](const YamlValue& v) { claim.compare = read_comparison(v); }},
-       {"at_least", number_into(claim.at_least)},
-       {"at_most", number_into(claim.at_most)},
-       {"tolerance", [&](const YamlValue& v) { claim.tolerance = v.number(0, kLargest); }},
-       {"over", [&](const YamlValue& v) { claim.over = read_number_metric(v, metrics); }},
-       {"each",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("labels")) claim.each.push_back(read_line_label(one));
-        }},
-       {"where", [&](const YamlValue& v) { claim.where = read_conditions(v); }},
-       {"holds_in", [&](const YamlValue& v) { claim.quorum = read_quorum(v); }}});
-  if (claim.ordered && (left || right))
+  ClaimDraft draft;
+  read_keys(value, claim_keys(config_path, metrics), draft);
+  ClaimSpec claim = std::move(draft.claim);
+  if (claim.ordered && (draft.left || draft.right))
     value.reject("expected order or left and right, found both");
-  if (right && !left) value.reject("expected the key left beside right, found none");
-  if (left) claim.sides.push_back(*left);
-  if (right) claim.sides.push_back(*right);
+  if (draft.right && !draft.left) value.reject("expected the key left beside right, found none");
+  if (draft.left) claim.sides.push_back(*draft.left);
+  if (draft.right) claim.sides.push_back(*draft.right);
   check_keys(claim, value, metrics);
   claim.renders = is_about_images(claim, metrics);
   if (claim.ordered) claim.at_least = claim.compare == Comparison::kRatio ? 1 : 0;

@@ -1,25 +1,6 @@
-// What a configuration says that a paper claims of its cells, as it is written:
-//
-//   claims:
-//     - name: NAME      says: TEXT       the paper's words, shortened       source: TEXT      paper, section, figure
-//       metric: METRIC                   any metric of tables that is a number
-//       left: {LABEL: GLOB or [GLOBS]}   one line of a table in each group
-//       right: {LABEL: GLOB or [GLOBS]}  what it is compared with; or
-//       value: NUMBER                    or
-//       published: {file: PATH, table: NAME}      the published figure of the same line and quantity; or none of them: the figure itself
-//       order: [{LABEL: GLOB}, ..]       in place of left and right: lines by ascending metric
-//       compare: difference | ratio      left - right or left / right; needed beside right, value, published and order
-//       at_least: NUMBER   at_most: NUMBER     of the figure, difference or ratio; one of them or both, not beside order
-//       tolerance: 0                     widens the bounds
-//       over: METRIC                     the sides are curves of a PSNR over this metric, and their difference is the mean over the
-//                                        logarithm of what both have (bd_psnr of
-//                                        rate_distortion.hpp)
-//       each: [LABEL, ..]                a group for each combination of values; default: one group
-//       where: {LABEL: GLOB or [GLOBS]}  restricts all sides
-//       holds_in: all | most | some      of the groups that can be checked, where the paper speaks of such a share; default: all
-//
-// A side matches one line in each group, or the lines of a curve; anything else is an error of the
-// configuration.
+// What a configuration says that a paper claims of its cells, as it is written. A side matches one
+// line of a table in each group, or the lines of a curve; anything else is an error of the
+// configuration. docs/config.md lists the keys.
 #pragma once
 
 #include <cstdint>
@@ -28,22 +9,23 @@
 #include <string>
 #include <vector>
 
-#include "experiments/config/cells.hpp"
-#include "experiments/config/metric_names.hpp"
-#include "experiments/config/yaml_reader.hpp"
+#include "experiments/config/table_spec.hpp"
+#include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {
 
-/// A table of a file of published figures.
-struct PublishedPlace {
-  std::string file, table;
-};
-
 enum class Comparison : std::uint8_t { kFigure, kDifference, kRatio };
-/// "figure", "difference", "ratio".
-std::string_view name_of(Comparison comparison);
+inline constexpr auto kComparisonNames =
+    volumes::enum_names<Comparison>({{Comparison::kFigure, "figure"},
+                                     {Comparison::kDifference, "difference"},
+                                     {Comparison::kRatio, "ratio"}});
+constexpr std::string_view name_of(Comparison comparison) {
+  return kComparisonNames.of(comparison);
+}
 
 enum class Quorum : std::uint8_t { kAll, kMost, kSome };
+inline constexpr auto kQuorumNames = volumes::enum_names<Quorum>(
+    {{Quorum::kAll, "all"}, {Quorum::kMost, "most"}, {Quorum::kSome, "some"}});
 
 struct ClaimSide {
   Conditions conditions;
@@ -70,7 +52,14 @@ struct ClaimSpec {
   std::string describe_bounds() const;
 };
 
-/// `config_path`: what the path of published figures is relative to. Throws InputError.
+/// A claim as it is read: its sides by their keys.
+struct ClaimDraft {
+  ClaimSpec claim;
+  std::optional<ClaimSide> left, right;
+};
+/// `config_path`: what the path of published figures is relative to.
+std::vector<Key<ClaimDraft>> claim_keys(const std::string& config_path, MetricNames metrics);
+/// Throws InputError.
 ClaimSpec read_claim(const YamlValue& value, const std::string& config_path, MetricNames metrics);
 
 }  // namespace cvr::experiments

@@ -8,31 +8,6 @@
 
 namespace cvr::experiments {
 
-namespace {
-
-PublishedFigure read_figure(const YamlValue& value) {
-  PublishedFigure figure;
-  const auto number_into = [](std::optional<double>& target) {
-    return [&target](const YamlValue& v) { target = v.number(0, 1e12); };
-  };
-  value.fields({{"dataset", [&](const YamlValue& v) { figure.dataset = v.text(); }, true},
-                {"codec", [&](const YamlValue& v) { figure.codec = v.text(); }, true},
-                {"parameters",
-                 [&](const YamlValue& v) {
-                   for (const auto& [name, one] : v.entries())
-                     figure.parameters.emplace_back(name.text(), one.text());
-                 }},
-                {"rate", number_into(figure.rate)},
-                {"seconds", number_into(figure.seconds)},
-                {"gb_per_s", number_into(figure.gb_per_s)},
-                {"frame_ms", number_into(figure.frame_ms)},
-                {"cache", [&](const YamlValue& v) { figure.cache = v.text("an access mode"); }},
-                {"shading", [&](const YamlValue& v) { figure.shading = v.text("a shading"); }}});
-  return figure;
-}
-
-}  // namespace
-
 const PublishedFigure* PublishedTable::find(const Cell& cell) const {
   const std::string& dataset =
       cell.dataset->stand_in_for.empty() ? cell.dataset->name : cell.dataset->stand_in_for;
@@ -51,41 +26,65 @@ const PublishedFigure* PublishedTable::find(const Cell& cell) const {
   return found == figures.end() ? nullptr : &*found;
 }
 
+std::vector<Key<PublishedFigure>> published_figure_keys() {
+  using F = PublishedFigure;
+  const auto number = real_number(0, 1e12);
+  const Shape<std::vector<std::pair<std::string, std::string>>> parameters{
+      [](const YamlValue& value) {
+        std::vector<std::pair<std::string, std::string>> all;
+        for (const auto& [name, one] : value.entries()) all.emplace_back(name.text(), one.text());
+        return all;
+      },
+      "a map of names and values", R"({"type": "object"})"};
+  return {required(key("dataset", &F::dataset, one_text(), "",
+                       "A data set, or the one that a generated volume stands in for.")),
+          required(key("codec", &F::codec, one_text(), "", "The id of a codec.")),
+          key("parameters", &F::parameters, parameters, "",
+              "Parameters of the codec that the figure is about; all must agree."),
+          key("rate", &F::rate, number, "", "Encoded size in percent of the original."),
+          key("seconds", &F::seconds, number, "", "Seconds to encode."),
+          key("gb_per_s", &F::gb_per_s, number, "", "Gigabytes per second of encoding."),
+          key("frame_ms", &F::frame_ms, number, "", "Milliseconds per frame."),
+          key("cache", &F::cache, one_text("an access mode"), "", "Of images: the access mode."),
+          key("shading", &F::shading, one_text("a shading"), "", "Of images: the shading.")};
+}
+
+std::vector<Key<PublishedTable>> published_table_keys() {
+  using T = PublishedTable;
+  return {required(key("title", &T::title, one_text(), "", "")),
+          key("hardware", &T::hardware, one_text(), "that of the file", ""),
+          required(key("figures", &T::figures,
+                       list_of(map_of(published_figure_keys(), "a map"), "figures"), "", ""))};
+}
+
+std::vector<Key<PublishedFile>> published_file_keys() {
+  using F = PublishedFile;
+  const auto one_table = map_of(published_table_keys(), "a map");
+  const Shape<std::vector<std::pair<std::string, PublishedTable>>> tables{
+      [read = one_table.read](const YamlValue& value) {
+        std::vector<std::pair<std::string, PublishedTable>> all;
+        for (const auto& [name, table] : value.entries())
+          all.emplace_back(name.text(), read(table));
+        return all;
+      },
+      "a map of names and tables",
+      fmt::format(R"({{"type": "object", "additionalProperties": {}}})", one_table.schema)};
+  return {required(key("citation", &F::citation, one_text(), "", "The publication.")),
+          key("hardware", &F::hardware, one_text(), "", "What it measured on."),
+          key("notes", &F::notes, one_text(), "", "What a reader should know of the figures."),
+          required(key("tables", &F::tables, tables, "", "Its tables by name."))};
+}
+
 PublishedTable load_published(const std::string& path, const std::string& table) {
-  PublishedTable published;
-  bool found = false;
-  std::string own_hardware;
-  const auto read_table = [&](const YamlValue& value) {
-    PublishedTable here;
-    value.fields({{"title", [&](const YamlValue& v) { here.title = v.text(); }, true},
-                  {"hardware", [&](const YamlValue& v) { here.hardware = v.text(); }},
-                  {"figures",
-                   [&](const YamlValue& v) {
-                     for (const YamlValue& one : v.list("figures"))
-                       here.figures.push_back(read_figure(one));
-                   },
-                   true}});
-    return here;
-  };
-  YamlValue::from_file(path).fields(
-      {{"citation", [&](const YamlValue& v) { published.citation = v.text(); }, true},
-       {"hardware", [&](const YamlValue& v) { published.hardware = v.text(); }},
-       {"notes", [](const YamlValue& v) { v.text(); }},
-       {"tables",
-        [&](const YamlValue& v) {
-          for (const auto& [name, value] : v.entries()) {
-            PublishedTable here = read_table(value);
-            if (name.text() != table) continue;
-            published.title = here.title;
-            own_hardware = here.hardware;
-            published.figures = std::move(here.figures);
-            found = true;
-          }
-        },
-        true}});
-  if (!found) throw InputError(fmt::format("{}: expected a table '{}', found none", path, table));
-  if (!own_hardware.empty()) published.hardware = own_hardware;
-  return published;
+  PublishedFile file;
+  read_keys(YamlValue::from_file(path), published_file_keys(), file);
+  for (auto& [name, found] : file.tables) {
+    if (name != table) continue;
+    found.citation = file.citation;
+    if (found.hardware.empty()) found.hardware = file.hardware;
+    return std::move(found);
+  }
+  throw InputError(fmt::format("{}: expected a table '{}', found none", path, table));
 }
 
 }  // namespace cvr::experiments

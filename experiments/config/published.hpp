@@ -1,11 +1,5 @@
-// Published figures to stand beside measured ones. File layout (results/paper/*.yaml):
-//
-//   citation: TEXT    hardware: TEXT    notes: TEXT
-//   tables:
-//     NAME: {title: TEXT, hardware: TEXT in place of the above,
-//            figures: [{dataset: NAME, codec: ID, parameters: {brick: 32}, rate: 5.489, seconds:
-//            3.211, gb_per_s: 1.2},
-//                      {dataset: NAME, codec: ID, cache: ID, shading: NAME, frame_ms: 9.7}]}
+// Published figures to stand beside measured ones (results/paper/*.yaml). docs/config.md lists the
+// keys.
 #pragma once
 
 #include <optional>
@@ -13,6 +7,7 @@
 #include <vector>
 
 #include "experiments/config/cells.hpp"
+#include "experiments/config/keys.hpp"
 
 namespace cvr::experiments {
 
@@ -31,6 +26,15 @@ struct PublishedTable {
   /// parameters; all parameters that the figure names must agree, and its access mode and shading.
   const PublishedFigure* find(const Cell& cell) const;
 };
+
+/// A file of them.
+struct PublishedFile {
+  std::string citation, hardware, notes;
+  std::vector<std::pair<std::string, PublishedTable>> tables;  ///< by their names
+};
+std::vector<Key<PublishedFile>> published_file_keys();
+std::vector<Key<PublishedTable>> published_table_keys();
+std::vector<Key<PublishedFigure>> published_figure_keys();
 
 /// Throws InputError.
 PublishedTable load_published(const std::string& path, const std::string& table);

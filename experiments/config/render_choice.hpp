@@ -1,13 +1,12 @@
-// What a cell of the render stage adds to a cell: the scene, how labels are reached, how they are
-// shaded.
+// What a cell of the stage render adds to a cell: the scene, how labels are reached, how they are
+// shaded. Each of these options is described once, in render_options.cpp.
 //
-// All values that a picture or its time depends on stand here once the configuration is read: those
+// All values that an image or its time depends on stand here once the configuration is read: those
 // that the configuration leaves out are taken from the scene. What does not matter for a cell (the
 // cache size of a mode without a cache, the number of samples of a shading without random rays) has
 // one value, so that no cell is measured twice.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,33 +17,26 @@
 
 namespace cvr::experiments {
 
-/// The names under which tables, filters and conditions know the values of a choice.
-inline constexpr std::array<std::string_view, 9> kRenderLabels{
-    "scene", "cache", "shading", "cache_mib", "lod_bias", "ao_samples", "size", "frames", "step"};
-
 struct RenderChoice {
   std::string scene;       ///< as the configuration names it
   std::string scene_path;  ///< of its file
   std::string scene_hash;  ///< XXH3-64 of the file, 16 hexadecimal digits
   std::string access;      ///< id of an access mode
   gpu::Shading shading = gpu::Shading::kLocal;
-  std::uint64_t cache_mib = 0;  ///< 0 where the mode has no cache
+  std::uint64_t cache_mib = 256;  ///< 0 where the mode has no cache
   std::uint32_t width = 0, height = 0;
-  std::uint32_t frames = 0;      ///< of the camera path
-  std::uint32_t path_parts = 0;  ///< see gpu::Scene
+  std::uint32_t frames = 0;  ///< of the camera path
   double lod_bias = 0;
-  std::uint32_t ao_samples = 1;   ///< frames drawn of each camera and averaged
-  std::uint32_t brick = 32;       ///< edge of the bricks that the codec has, or is given
-  std::uint32_t jump_frames = 0;  ///< frames compared after a camera jump; 0: none
-  std::uint32_t held_frames =
-      0;  ///< timed of the scene's held view, once its cache is filled; 0: none
-  std::optional<std::uint32_t>
-      step;  ///< progressive step of a lossy codec that is drawn; none: the whole encoding
-  bool count_path = true;      ///< draw the path once more by kernels that count
-  bool picture_error = false;  ///< compare with the picture of level bias 0 and many samples
-  bool keep_pictures =
-      false;           ///< leave the held view and its difference to the original's in the results
-  std::string device;  ///< as the user names it; empty: the renderer's own choice
+  std::uint32_t ao_samples = 1;       ///< frames drawn of each camera and averaged
+  std::uint32_t brick = 32;           ///< brick size that the codec has, or is given
+  std::uint32_t jump_frames = 0;      ///< frames compared after a camera jump; 0: none
+  std::uint32_t held_frames = 0;      ///< timed of the scene's fixed view; 0: none
+  bool picture_error = false;         ///< compare with the image of level bias 0 and many samples
+  std::optional<std::uint32_t> step;  ///< progressive step that is drawn; none: the whole encoding
+  bool keep_pictures = false;         ///< leave the image of the fixed view in the results
+  std::uint32_t path_parts = 0;       ///< see gpu::Scene
+  bool count_path = true;             ///< draw the path once more by kernels that count
+  std::string device;                 ///< as the user names it; empty: the renderer's own choice
   bool operator==(const RenderChoice&) const = default;
 
   /// All but the device and the scene's contents: names the cell in tables.
@@ -53,7 +45,7 @@ struct RenderChoice {
   std::string identity() const;
   /// "scene fiber, voxel 256 MiB, shadow, 480x270".
   std::string describe() const;
-  /// The value of one of kRenderLabels; nothing for other names.
+  /// The value under one of the names that tables, filters and conditions know; nothing for others.
   std::optional<std::string> label(std::string_view name) const;
 };
 

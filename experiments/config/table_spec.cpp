@@ -1,19 +1,19 @@
 #include "experiments/config/table_spec.hpp"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
 
 #include "codecs/registry.hpp"
+#include "experiments/config/render_options.hpp"
 
 namespace cvr::experiments {
 
 std::vector<std::string> line_labels() {
   std::vector<std::string> labels{"dataset", "extent",     "type",   "kind",
                                   "codec",   "parameters", "threads"};
-  for (const std::string_view label : kRenderLabels) labels.emplace_back(label);
+  for (std::string& label : render_labels()) labels.push_back(std::move(label));
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     for (const auto& spec : codec->parameters()) {
       if (std::ranges::find(labels, spec.name) == labels.end()) labels.emplace_back(spec.name);
@@ -22,91 +22,94 @@ std::vector<std::string> line_labels() {
   return labels;
 }
 
-std::string read_line_label(const YamlValue& value) {
-  const std::vector<std::string> labels = line_labels();
-  const std::string label = value.text("a label");
-  if (std::ranges::find(labels, label) == labels.end()) {
-    value.expected(
-        fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
-  }
-  return label;
+Shape<std::string> line_label() {
+  return {[](const YamlValue& value) {
+            const std::vector<std::string> labels = line_labels();
+            std::string label = value.text("a label");
+            if (std::ranges::find(labels, label) == labels.end()) {
+              value.expected(
+                  fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
+            }
+            return label;
+          },
+          "a label", std::string(kTextSchema)};
 }
 
-std::string read_metric(const YamlValue& value, MetricNames metrics) {
-  if (find_metric_name(metrics, value.text()) == nullptr)
-    value.expected("a metric ('list metrics' names them)" +
-                   did_you_mean(value.text(), names_of(metrics)));
-  return value.text();
+Shape<std::string> metric_name(MetricNames metrics) {
+  return {[metrics](const YamlValue& value) {
+            std::string name = value.text();
+            if (find_metric_name(metrics, name) == nullptr)
+              value.expected("a metric ('list metrics' names them)" +
+                             did_you_mean(name, names_of(metrics)));
+            return name;
+          },
+          "a metric", std::string(kTextSchema)};
 }
 
-Conditions read_conditions(const YamlValue& value) {
-  Conditions conditions;
-  for (const auto& [key, globs] : value.entries()) {
-    const std::string label = read_line_label(key);
-    for (const YamlValue& glob : globs.list_or_one("globs"))
-      conditions.emplace_back(label, glob.text("a glob"));
-  }
-  return conditions;
+Shape<Conditions> conditions() {
+  const auto globs = one_or_list(one_text("a glob"), "globs");
+  const std::string schema =
+      fmt::format(R"({{"type": "object", "additionalProperties": {}}})", globs.schema);
+  return {[label = line_label().read, read = globs.read](const YamlValue& value) {
+            Conditions all;
+            for (const auto& [key, values] : value.entries()) {
+              const std::string name = label(key);
+              for (const std::string& glob : read(values)) all.emplace_back(name, glob);
+            }
+            return all;
+          },
+          "a map of labels and globs, or lists of globs of which one must match", schema};
 }
 
-PublishedPlace read_published_place(const YamlValue& value, const std::string& config_path) {
-  PublishedPlace place;
-  value.fields({{"file",
-                 [&](const YamlValue& f) {
-                   const auto beside =
-                       std::filesystem::path(config_path).parent_path() / f.text("a path");
-                   place.file = beside.lexically_normal().string();
-                   if (!std::filesystem::is_regular_file(place.file))
-                     f.expected("a file at " + place.file);
-                 },
-                 true},
-                {"table", [&](const YamlValue& f) { place.table = f.text("a name"); }, true}});
-  return place;
+std::vector<Key<PublishedPlace>> published_place_keys(const std::string& config_path) {
+  const Shape<std::string> file{
+      [config_path](const YamlValue& value) {
+        const auto beside = std::filesystem::path(config_path).parent_path() / value.text("a path");
+        const std::string path = beside.lexically_normal().string();
+        if (!std::filesystem::is_regular_file(path)) value.expected("a file at " + path);
+        return path;
+      },
+      "a path", std::string(kTextSchema)};
+  return {required(key("file", &PublishedPlace::file, file, "",
+                       "Path of a file of published figures, from this file.")),
+          required(key("table", &PublishedPlace::table, one_text("a name"), "",
+                       "Name of a table in it."))};
 }
 
-bool is_render_label(std::string_view name) {
-  return std::ranges::find(kRenderLabels, name) != kRenderLabels.end();
+std::vector<Key<Pivot>> pivot_keys(MetricNames metrics) {
+  return {required(key("columns", &Pivot::columns, list_of(line_label(), "labels"), "",
+                       "One column for each combination of these labels.")),
+          required(key("metric", &Pivot::metric, metric_name(metrics), "",
+                       "What stands in each cell, as \"measured (published)\"."))};
 }
 
-namespace {
-
-Pivot read_pivot(const YamlValue& value, MetricNames metrics) {
-  Pivot pivot;
-  value.fields(
-      {{"columns",
-        [&](const YamlValue& v) {
-          for (const YamlValue& one : v.list("labels"))
-            pivot.columns.push_back(read_line_label(one));
-        },
-        true},
-       {"metric", [&](const YamlValue& v) { pivot.metric = read_metric(v, metrics); }, true}});
-  return pivot;
+std::vector<Key<TableSpec>> table_keys(const std::string& config_path, MetricNames metrics) {
+  using T = TableSpec;
+  return {
+      required(key("name", &T::name, one_text("a name"), "", "Also that of the table's files.")),
+      required(key("title", &T::title, one_text("a title"), "", "Stands above the table.")),
+      required(key("rows", &T::rows, list_of(line_label(), "labels of a line"), "",
+                   "What labels a line: dataset, extent, type, kind, codec, parameters, threads, "
+                   "an option of the stage render or a parameter of a codec. A table that names "
+                   "such an option, here or under `where`, is about cells of the stage render, any "
+                   "other about the rest.")),
+      key("columns", &T::columns, list_of(metric_name(metrics), "metrics"), "",
+          "Metrics (`cvrbench list metrics`)."),
+      key("bd_psnr", &T::bd_reference, one_text("the labels of a curve"), "",
+          "In place of `columns`: lines that agree in `rows` are a curve of PSNR over bits per "
+          "voxel, and each curve is compared with the one whose labels but the data set are "
+          "these."),
+      key("pivot", &T::pivot, map_of(pivot_keys(metrics), "a map"), "",
+          "In place of `columns`: spreads one metric over columns."),
+      key("where", &T::where, conditions(), "", "Keeps cells whose labels match."),
+      key("published", &T::published, map_of(published_place_keys(config_path), "a map"), "",
+          "Figures of a publication, to stand beside the measured ones."),
+  };
 }
-
-}  // namespace
 
 TableSpec read_table(const YamlValue& value, const std::string& config_path, MetricNames metrics) {
   TableSpec table;
-  value.fields({{"name", [&](const YamlValue& v) { table.name = v.text("a name"); }, true},
-                {"title", [&](const YamlValue& v) { table.title = v.text("a title"); }, true},
-                {"rows",
-                 [&](const YamlValue& v) {
-                   for (const YamlValue& one : v.list("labels of a line"))
-                     table.rows.push_back(read_line_label(one));
-                 },
-                 true},
-                {"columns",
-                 [&](const YamlValue& v) {
-                   for (const YamlValue& one : v.list("metrics"))
-                     table.columns.push_back(read_metric(one, metrics));
-                 }},
-                {"bd_psnr",
-                 [&](const YamlValue& v) { table.bd_reference = v.text("the labels of a curve"); }},
-                {"pivot", [&](const YamlValue& v) { table.pivot = read_pivot(v, metrics); }},
-                {"where", [&](const YamlValue& v) { table.where = read_conditions(v); }},
-                {"published", [&](const YamlValue& v) {
-                   table.published = read_published_place(v, config_path);
-                 }}});
+  read_keys(value, table_keys(config_path, metrics), table);
   if (const int kinds = (table.columns.empty() ? 0 : 1) + (table.pivot ? 1 : 0) +
                         (table.bd_reference.empty() ? 0 : 1);
       kinds != 1)

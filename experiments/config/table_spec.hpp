@@ -1,30 +1,56 @@
-// Reads the tables of a configuration, and what its claims are written with too.
+// A table of a configuration as it is asked for, and what claims are written with too: labels,
+// conditions, metrics, published figures.
 #pragma once
 
+#include <optional>
 #include <string>
-#include <string_view>
+#include <vector>
 
-#include "experiments/config/config.hpp"
+#include "experiments/config/cells.hpp"
+#include "experiments/config/keys.hpp"
 #include "experiments/config/metric_names.hpp"
-#include "experiments/config/yaml_reader.hpp"
 
 namespace cvr::experiments {
 
-/// All labels of table lines, those of pictures and the parameters of all codecs among them.
+/// A table of a file of published figures.
+struct PublishedPlace {
+  std::string file, table;
+};
+
+/// Spreads one metric over columns.
+struct Pivot {
+  std::vector<std::string> columns;  ///< labels whose combinations become columns
+  std::string metric;
+};
+
+struct TableSpec {
+  std::string name, title;
+  std::vector<std::string> rows;     ///< labels that tell a line from the others
+  std::vector<std::string> columns;  ///< names of metrics
+  Conditions where;
+  std::optional<PublishedPlace> published;
+  std::optional<Pivot> pivot;
+  std::string bd_reference;  ///< labels of the curve that others are compared with; empty: none
+
+  /// Whether it is about cells of the stage render.
+  bool renders() const;
+};
+
+/// All labels of table lines, those of images and the parameters of all codecs among them.
 std::vector<std::string> line_labels();
-/// One of the labels of table lines; a parameter of any codec is one. Throws InputError.
-std::string read_line_label(const YamlValue& value);
-/// The name of a metric. Throws InputError.
-std::string read_metric(const YamlValue& value, MetricNames metrics);
-/// A map of labels to globs or lists of globs, of which one must match. Throws InputError.
-Conditions read_conditions(const YamlValue& value);
-/// {file: PATH beside the configuration, table: NAME}. Throws InputError.
-PublishedPlace read_published_place(const YamlValue& value, const std::string& config_path);
 
-/// Whether only cells of the render stage have it.
-bool is_render_label(std::string_view name);
+/// One of line_labels().
+Shape<std::string> line_label();
+/// The name of one of the metrics.
+Shape<std::string> metric_name(MetricNames metrics);
+/// A map of labels to globs or lists of globs, of which one must match.
+Shape<Conditions> conditions();
+std::vector<Key<PublishedPlace>> published_place_keys(const std::string& config_path);
+std::vector<Key<Pivot>> pivot_keys(MetricNames metrics);
+/// `config_path`: what the path of published figures is relative to.
+std::vector<Key<TableSpec>> table_keys(const std::string& config_path, MetricNames metrics);
 
-/// `config_path`: what the path of published figures is relative to. Throws InputError.
+/// Throws InputError.
 TableSpec read_table(const YamlValue& value, const std::string& config_path, MetricNames metrics);
 
 }  // namespace cvr::experiments

@@ -12,15 +12,9 @@
 
 #include "experiments/config/cells.hpp"
 #include "experiments/results/rows.hpp"
+#include "experiments/stages/stage_kind.hpp"
 
 namespace cvr::experiments {
-
-/// What of a configuration decides the memory of its workers.
-struct MemoryChoices {
-  std::uint64_t limit =
-      0;  ///< bytes beyond the mapped input; 0: none. A volume above half of it is decoded slab by slab.
-  std::vector<unsigned> lods;  ///< of random access; empty: all
-};
 
 /// Bytes by the model alone.
 double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info,

@@ -7,12 +7,17 @@
 
 #include "experiments/config/config.hpp"
 #include "experiments/results/rows.hpp"
+#include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {
 
 enum class Decision : std::uint8_t { kRun, kDone, kUnsupported, kDataMissing };
-/// "run", "done", "unsupported", "data-missing".
-std::string_view name_of(Decision decision);
+inline constexpr auto kDecisionNames =
+    volumes::enum_names<Decision>({{Decision::kRun, "run"},
+                                   {Decision::kDone, "done"},
+                                   {Decision::kUnsupported, "unsupported"},
+                                   {Decision::kDataMissing, "data-missing"}});
+constexpr std::string_view name_of(Decision decision) { return kDecisionNames.of(decision); }
 
 struct PlannedCell {
   Cell cell;
@@ -29,9 +34,7 @@ struct PlannedCell {
 /// Cells that pass the filter, in the order of the configuration. `rows`: what OUT holds already;
 /// cells with a row that is ok are done unless `redo`.
 ///
-/// The model where no row tells: a check takes four and a round one pass over the volume; a pass
-/// takes 50 Mvoxel/s and thread (memcpy: 1000); random access takes 0.5 s a round. Pictures: 2
-/// Mpixel/s, 20 of them in the check, and 4 s to start. Memory: memory_model.hpp.
+/// Where no row tells, the stages' own models do (stages/stage_kind.hpp). Memory: memory_model.hpp.
 std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
                                     const Places& places, const std::vector<Row>& rows, bool redo);
 

@@ -21,6 +21,7 @@
 #include "experiments/run/run_folder.hpp"
 #include "experiments/run/worker_process.hpp"
 #include "experiments/run/worker_setup.hpp"
+#include "experiments/stages/stage_kind.hpp"
 #include "gpu/vulkan/device.hpp"
 
 namespace cvr::experiments {
@@ -134,7 +135,7 @@ class Runner {
   /// One clear end in place of a failed row a cell where nothing can draw. Throws gpu::DeviceError.
   void require_device(const std::vector<PlannedCell>& plan) const {
     const bool draws = std::ranges::any_of(plan, [](const PlannedCell& planned) {
-      return planned.decision == Decision::kRun && planned.cell.stage == Stage::kRender;
+      return planned.decision == Decision::kRun && planned.cell.stage->renders;
     });
     if (draws) const gpu::Device there({.choice = config_.device});
   }
@@ -223,10 +224,10 @@ class Runner {
         end_without_measurement(*planned, kFailed, error.what());
       return;
     }
-    for (const Stage stage : kStages) {
+    for (const StageKind* stage : all_stages()) {
       std::vector<const PlannedCell*> group;
       for (const PlannedCell* planned : to_run) {
-        if (planned->cell.stage == stage) group.push_back(planned);
+        if (planned->cell.stage == &stage->traits()) group.push_back(planned);
       }
       run_groups(group);
     }
@@ -335,8 +336,8 @@ class Runner {
     const std::size_t first = one.sides.size() > 1 ? order() % one.sides.size() : 0;
     // Two processes each at home on a core of its own would meet what else these cores do: both
     // take the round on the same one.
-    if (one.sides.size() > 1 && one.planned->cell.threads.count == 1 &&
-        one.planned->cell.stage != Stage::kRender) {
+    if (one.sides.size() > 1 &&
+        kind_of(one.planned->cell).takes_turns_on_a_core(one.planned->cell)) {
       for (Side& side : one.sides) side.worker->move_to_core(one.sides.front().measured.rounds);
     }
     for (std::size_t i = 0; i < one.sides.size(); ++i) {

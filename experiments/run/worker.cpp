@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "experiments/results/samples.hpp"
-#include "experiments/stages/stage.hpp"
+#include "experiments/stages/stage_kind.hpp"
 #include "gpu/vulkan/device.hpp"
 #include "volumes/io/io.hpp"
 
@@ -35,7 +35,7 @@ void limit_memory(const WorkerSpec& spec) {
                             (spec.threads + 2) * kReservedPerThread;
   const rlimit data{spec.memory_limit, spec.memory_limit}, space{all, all};
   setrlimit(RLIMIT_DATA, &data);
-  if (spec.stage == Stage::kRender) return;  // drivers reserve address space as they like
+  if (!kind_of(spec).limits_address_space()) return;
   setrlimit(RLIMIT_AS, &space);
 #else
   (void)spec;  // a sanitizer's shadow memory exceeds any limit

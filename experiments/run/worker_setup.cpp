@@ -39,7 +39,7 @@ WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const Raw
   spec.raw_path = copy.path;
   spec.codec = planned.cell.codec;
   spec.parameters = planned.cell.parameters.canonical();
-  spec.stage = planned.cell.stage;
+  spec.stage = planned.cell.stage->id;
   spec.threads = planned.cell.threads.count;
   spec.bytes_per_voxel = planned.cell.dataset->bytes_per_voxel;
   spec.memory_limit = static_cast<std::uint64_t>(config.memory_limit_gib * (1 << 30));
@@ -50,7 +50,7 @@ WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const Raw
   if (spec.render && spec.render->keep_pictures)
     spec.pictures = place_of_pictures(planned, folder.path());
   if (config.test_fault && fnmatch(config.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
-      fnmatch(config.test_fault->stage.c_str(), std::string(name_of(spec.stage)).c_str(), 0) == 0) {
+      fnmatch(config.test_fault->stage.c_str(), spec.stage.c_str(), 0) == 0) {
     spec.fault = config.test_fault->fault;
   }
   return spec;

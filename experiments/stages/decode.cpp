@@ -2,9 +2,9 @@
 // stream's tables) and decodes; the checksum of the envelope was verified before. The steps of a
 // progressive decoder are timed after that.
 #include "codecs/container.hpp"
+#include "experiments/stages/costs.hpp"
 #include "experiments/stages/destination.hpp"
 #include "experiments/stages/encoded_volume.hpp"
-#include "experiments/stages/stage_kinds.hpp"
 
 namespace cvr::experiments {
 
@@ -58,11 +58,38 @@ class DecodeRun final : public StageRun {
   std::optional<Destination> destination_;
 };
 
+class DecodeStage final : public StageKind {
+ public:
+  const StageTraits& traits() const override {
+    static constexpr StageTraits kTraits{
+        .id = "decode",
+        .sentence = "Decoding the finest level from memory into memory",
+        .version = 2,  // memory is counted since the check
+        .memcpy = true};
+    return kTraits;
+  }
+  double expected_seconds(const Cell& cell, const volumes::VolumeInfo& info,
+                          double rounds) const override {
+    return seconds_by_passes(cell, info, rounds);
+  }
+  double expected_memory(const Cell& cell, const volumes::VolumeInfo& info,
+                         const MemoryChoices& choices) const override {
+    const double to = process_memory(cell) + destination_memory(info, choices);
+    if (cell.codec == kMemcpy) return to + static_cast<double>(info.bytes());
+    const codecs::MemoryEstimate need = estimate_of(cell, info);
+    return to + need.file + need.decode;
+  }
+  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
+                                     const volumes::VolumeSource& truth) const override {
+    return std::make_unique<DecodeRun>(spec, truth);
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<StageRun> make_decode_run(const WorkerSpec& spec,
-                                          const volumes::VolumeSource& truth) {
-  return std::make_unique<DecodeRun>(spec, truth);
+const StageKind& decode_stage() {
+  static const DecodeStage kStage;
+  return kStage;
 }
 
 }  // namespace cvr::experiments

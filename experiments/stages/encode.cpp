@@ -3,8 +3,8 @@
 #include <thread>
 
 #include "codecs/registry.hpp"
+#include "experiments/stages/costs.hpp"
 #include "experiments/stages/encoded_volume.hpp"
-#include "experiments/stages/stage_kinds.hpp"
 
 namespace cvr::experiments {
 
@@ -69,11 +69,37 @@ class EncodeRun final : public StageRun {
   codecs::Parameters parameters_;
 };
 
+class EncodeStage final : public StageKind {
+ public:
+  const StageTraits& traits() const override {
+    static constexpr StageTraits kTraits{
+        .id = "encode",
+        .sentence = "Encoding from the mapped original into memory",
+        .version = 2,  // memory is counted since the check
+        .memcpy = true};
+    return kTraits;
+  }
+  double expected_seconds(const Cell& cell, const volumes::VolumeInfo& info,
+                          double rounds) const override {
+    return seconds_by_passes(cell, info, rounds);
+  }
+  double expected_memory(const Cell& cell, const volumes::VolumeInfo& info,
+                         const MemoryChoices& choices) const override {
+    if (cell.codec == kMemcpy) return process_memory(cell) + destination_memory(info, choices);
+    const codecs::MemoryEstimate need = estimate_of(cell, info);
+    return process_memory(cell) + need.file + need.encode;
+  }
+  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
+                                     const volumes::VolumeSource& truth) const override {
+    return std::make_unique<EncodeRun>(spec, truth);
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<StageRun> make_encode_run(const WorkerSpec& spec,
-                                          const volumes::VolumeSource& truth) {
-  return std::make_unique<EncodeRun>(spec, truth);
+const StageKind& encode_stage() {
+  static const EncodeStage kStage;
+  return kStage;
 }
 
 }  // namespace cvr::experiments

@@ -1,10 +1,11 @@
 // The speed of light of the table: the original copied plane by plane into memory that is there
 // already. The encode stage reads the mapped original as encoders do; the decode stage reads
 // allocated memory as decoders do.
+#include "experiments/stages/memcpy.hpp"
+
 #include <cstring>
 
 #include "experiments/stages/destination.hpp"
-#include "experiments/stages/stage_kinds.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::experiments {
@@ -18,7 +19,7 @@ class MemcpyRun final : public StageRun {
 
   Row prepare() override {
     const std::byte* mapped = truth_.data();
-    if (spec_.stage == Stage::kDecode && destination_.whole() && mapped != nullptr) {
+    if (spec_.stage == "decode" && destination_.whole() && mapped != nullptr) {
       voxels_.append(mapped, truth_.info().bytes());
     }
     round();
@@ -43,7 +44,7 @@ class MemcpyRun final : public StageRun {
         std::memcpy(out + z * plane, voxels + (z0 + z) * plane, plane);
       });
     }
-    return {watch.lap(std::string(name_of(spec_.stage)), extent.voxels())};
+    return {watch.lap(spec_.stage, extent.voxels())};
   }
 
  private:

@@ -15,9 +15,11 @@
 
 #include "codecs/container.hpp"
 #include "codecs/estimates.hpp"
+#include "codecs/registry.hpp"
+#include "experiments/results/statistics.hpp"
+#include "experiments/stages/costs.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/stages/points.hpp"
-#include "experiments/stages/stage_kinds.hpp"
 
 namespace cvr::experiments {
 
@@ -172,11 +174,73 @@ class RandomAccessRun final : public StageRun {
   std::vector<std::uint64_t> labels_;
 };
 
+class RandomAccessStage final : public StageKind {
+ public:
+  const StageTraits& traits() const override {
+    static constexpr StageTraits kTraits{
+        .id = "random-access",
+        .sentence =
+            "Single voxels: uniform, clustered and one-label points at each level of detail",
+        .version = 2};  // points from what is known of the codec
+    return kTraits;
+  }
+  std::string unsupported_reason(const Cell&, const codecs::Traits& codec,
+                                 const volumes::VolumeInfo&) const override {
+    return codec.access == codecs::Granularity::kVolume ? "no access to single voxels" : "";
+  }
+  double expected_seconds(const Cell& cell, const volumes::VolumeInfo& info,
+                          double rounds) const override {
+    constexpr double kRound = 0.5;
+    return 4 * pass_seconds(cell, info) + kRound * rounds;
+  }
+  double expected_memory(const Cell& cell, const volumes::VolumeInfo& info,
+                         const MemoryChoices& choices) const override {
+    const codecs::MemoryEstimate need = estimate_of(cell, info);
+    const bool labels = info.kind == volumes::VolumeKind::kLabels;
+    const double levels = choices.lods.empty()
+                              ? need.levels
+                              : std::min(need.levels, static_cast<double>(choices.lods.size()));
+    const bool by_bricks =
+        codecs::find_codec(cell.codec)->traits().access == codecs::Granularity::kBrick;
+    const auto points = static_cast<double>(points_a_series(need.access_ns, levels, by_bricks));
+    return process_memory(cell) + need.file + need.open +
+           points * ((labels ? 3 : 2) * sizeof(volumes::Coordinate) + sizeof(std::uint64_t));
+  }
+  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
+                                     const volumes::VolumeSource& truth) const override {
+    return std::make_unique<RandomAccessRun>(spec, truth);
+  }
+
+  void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {
+    row["access"] = Row::array();
+    for (const Measured::Series& series : measured.series) {
+      const std::size_t slash = series.name.rfind('/');
+      const auto per_voxel = [&](const std::vector<double>& seconds) {
+        std::vector<double> ns;
+        for (const double s : seconds) ns.push_back(1e9 * s / static_cast<double>(series.count));
+        return ns;
+      };
+      Row entry;
+      entry["points"] = series.name.substr(0, slash);
+      entry["lod"] = std::stoi(series.name.substr(slash + 1));
+      entry["count"] = series.count;
+      entry["ns_per_voxel"] = describe_samples(per_voxel(series.wall_seconds));
+      entry["cpu_ns_per_voxel"] = summarize(per_voxel(series.cpu_seconds)).median;
+      row["access"].push_back(std::move(entry));
+    }
+  }
+  std::string headline(const Row& row) const override {
+    if (row.at("access").empty()) return "";
+    return fmt::format("{:.4g} ns per voxel",
+                       row.at("access").at(0).at("ns_per_voxel").at("median").get<double>());
+  }
+};
+
 }  // namespace
 
-std::unique_ptr<StageRun> make_random_access_run(const WorkerSpec& spec,
-                                                 const volumes::VolumeSource& truth) {
-  return std::make_unique<RandomAccessRun>(spec, truth);
+const StageKind& random_access_stage() {
+  static const RandomAccessStage kStage;
+  return kStage;
 }
 
 }  // namespace cvr::experiments

@@ -22,8 +22,8 @@
 #include "codecs/container.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/stages/render_parts.hpp"
+#include "experiments/stages/render_runs.hpp"
 #include "experiments/stages/render_truth.hpp"
-#include "experiments/stages/stage_kinds.hpp"
 
 namespace cvr::experiments {
 

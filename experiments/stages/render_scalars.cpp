@@ -15,7 +15,7 @@
 #include "codecs/container.hpp"
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/stages/render_parts.hpp"
-#include "experiments/stages/stage_kinds.hpp"
+#include "experiments/stages/render_runs.hpp"
 #include "gpu/scalars/reference.hpp"
 #include "gpu/scalars/renderer.hpp"
 

@@ -12,35 +12,13 @@
 #include <string_view>
 #include <vector>
 
-#include "experiments/config/cells.hpp"
-#include "experiments/config/datasets.hpp"
 #include "experiments/results/rows.hpp"
 #include "experiments/results/samples.hpp"
+#include "experiments/stages/worker_spec.hpp"
+#include "volumes/error.hpp"
 #include "volumes/source.hpp"
 
 namespace cvr::experiments {
-
-/// Everything a worker needs; travels as one JSON line.
-struct WorkerSpec {
-  Location location;
-  std::string raw_path;  ///< of the mapped copy; empty: streamed
-  std::string codec;
-  std::string parameters;  ///< canonical
-  Stage stage = Stage::kEncode;
-  unsigned threads = 1;
-  std::uint32_t bytes_per_voxel = 0;
-  std::uint64_t memory_limit = 0;  ///< bytes beyond the mapped input; 0: none
-  std::string scratch;   ///< folder for encoded files, shared by the stages of a run; empty: none
-  std::string pictures;  ///< path that kept pictures begin with; empty: none are kept
-  std::uint64_t seed = 1;
-  std::vector<unsigned> lods;  ///< empty: all
-  std::string fault;
-  std::optional<RenderChoice> render;  ///< of the render stage
-};
-
-std::string to_json_line(const WorkerSpec& spec);
-/// Throws std::exception on anything malformed.
-WorkerSpec worker_spec_from_json(const std::string& line);
 
 class StageFailure : public std::runtime_error {
  public:
@@ -59,10 +37,6 @@ class StageRun {
   virtual Row prepare() = 0;
   virtual std::vector<Sample> round() = 0;
 };
-
-/// `truth` outlives the result.
-std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec,
-                                         const volumes::VolumeSource& truth);
 
 /// Wall and processor time since its construction.
 class Stopwatch {

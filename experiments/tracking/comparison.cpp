@@ -7,7 +7,7 @@
 #include <set>
 
 #include "experiments/analysis/escaping.hpp"
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 #include "experiments/tracking/json_shape.hpp"
 #include "volumes/plain_text.hpp"
 
@@ -166,28 +166,6 @@ std::string figures_of(const ComparedQuantity& c) {
 std::string ratio_text(double ratio) { return ratio == 0 ? "" : fmt::format("{:.3f}", ratio); }
 
 }  // namespace
-
-std::string_view name_of(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kSame:
-      return "same";
-    case Outcome::kFaster:
-      return "faster";
-    case Outcome::kSlower:
-      return "slower";
-    case Outcome::kUndecided:
-      return "undecided";
-    case Outcome::kDiffers:
-      return "differs";
-    case Outcome::kMore:
-      return "more";
-    case Outcome::kLess:
-      return "less";
-    case Outcome::kNotCompared:
-      return "not compared";
-  }
-  return "?";
-}
 
 TimeVerdict judge_times(std::span<const double> base, std::span<const double> fresh, double floor,
                         bool paired) {

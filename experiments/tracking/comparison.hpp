@@ -17,6 +17,7 @@
 #include "experiments/tracking/noise_floor.hpp"
 #include "experiments/tracking/quantities.hpp"
 #include "experiments/tracking/rank_tests.hpp"
+#include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {
 
@@ -34,8 +35,16 @@ enum class Outcome : std::uint8_t {
   kNotCompared
 };
 inline constexpr std::size_t kOutcomes = 8;
-/// "same", "faster", "slower", "undecided", "differs", "more", "less", "not compared".
-std::string_view name_of(Outcome outcome);
+inline constexpr auto kOutcomeNames =
+    volumes::enum_names<Outcome>({{Outcome::kSame, "same"},
+                                  {Outcome::kFaster, "faster"},
+                                  {Outcome::kSlower, "slower"},
+                                  {Outcome::kUndecided, "undecided"},
+                                  {Outcome::kDiffers, "differs"},
+                                  {Outcome::kMore, "more"},
+                                  {Outcome::kLess, "less"},
+                                  {Outcome::kNotCompared, "not compared"}});
+constexpr std::string_view name_of(Outcome outcome) { return kOutcomeNames.of(outcome); }
 
 /// One quantity of one cell.
 struct ComparedQuantity {

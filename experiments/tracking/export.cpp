@@ -8,7 +8,7 @@
 #include <set>
 
 #include "experiments/analysis/escaping.hpp"
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 #include "experiments/tracking/quantities.hpp"
 
 namespace cvr::experiments {

@@ -10,7 +10,7 @@
 #include <map>
 #include <set>
 
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 #include "experiments/tracking/json_shape.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
@@ -153,10 +153,6 @@ void add_fitted_steps(const std::vector<const Row*>& series, QuantityKind kind, 
 }
 
 }  // namespace
-
-std::string default_history() {
-  return (fs::path(default_noise_path()).parent_path() / "history").string();
-}
 
 Recorded record_history(const std::string& store, const std::vector<Row>& rows) {
   Recorded recorded;

@@ -16,9 +16,6 @@
 
 namespace cvr::experiments {
 
-/// $XDG_DATA_HOME/cvrbench/history, or ~/.local/share/cvrbench/history.
-std::string default_history();
-
 struct Recorded {
   std::size_t figures = 0, rows = 0;
 };

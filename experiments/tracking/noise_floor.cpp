@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -29,20 +28,9 @@ Row load(const std::string& path) {
 
 }  // namespace
 
-std::string_view name_of(Arrangement arrangement) {
-  return arrangement == Arrangement::kApart ? "apart" : "interleaved";
-}
-
 double NoiseFloors::of(std::string_view noise_class) const {
   const auto found = floors_.find(noise_class);
   return found == floors_.end() ? kAssumedFloor : found->second;
-}
-
-std::string default_noise_path() {
-  if (const char* data = std::getenv("XDG_DATA_HOME"); data != nullptr && *data != 0)
-    return (fs::path(data) / "cvrbench/noise.json").string();
-  const char* home = std::getenv("HOME");
-  return (fs::path(home == nullptr ? "." : home) / ".local/share/cvrbench/noise.json").string();
 }
 
 NoiseFloors load_floors(const std::string& path, const std::string& machine,

@@ -14,12 +14,17 @@
 #include <string_view>
 
 #include "experiments/results/rows.hpp"
+#include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {
 
 /// Whether two series were measured one after the other, or round by round side by side.
 enum class Arrangement : std::uint8_t { kApart, kInterleaved };
-std::string_view name_of(Arrangement arrangement);
+inline constexpr auto kArrangementNames = volumes::enum_names<Arrangement>(
+    {{Arrangement::kApart, "apart"}, {Arrangement::kInterleaved, "interleaved"}});
+constexpr std::string_view name_of(Arrangement arrangement) {
+  return kArrangementNames.of(arrangement);
+}
 
 /// Assumed where nothing was measured.
 inline constexpr double kAssumedFloor = 0.1;
@@ -37,8 +42,6 @@ class NoiseFloors {
   std::map<std::string, double, std::less<>> floors_;
 };
 
-/// $XDG_DATA_HOME/cvrbench/noise.json, or ~/.local/share/cvrbench/noise.json.
-std::string default_noise_path();
 /// What the file says of a machine; nothing is known where there is no file. Throws InputError for
 /// a file that is none of ours.
 NoiseFloors load_floors(const std::string& path, const std::string& machine,

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "experiments/analysis/statistics.hpp"
 #include "experiments/config/cells.hpp"
+#include "experiments/results/statistics.hpp"
 
 namespace cvr::experiments {
 

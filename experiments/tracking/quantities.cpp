@@ -61,7 +61,7 @@ std::vector<double> round_means(const Row& rounds) {
 
 void add_times(const Row& row, std::vector<Quantity>& out) {
   const std::string stage = row.value("stage", "");
-  if (stage == "encode" || stage == "decode") {
+  if (stage == "encode" || stage == "decode" || stage == "label-statistics") {
     const std::string_view noise_class = stage == "encode" ? kNoiseClasses[0] : kNoiseClasses[1];
     add_time(samples_in(row.at("time").at("seconds")), stage, "s", noise_class, out);
     if (row.contains("steps")) {
@@ -120,18 +120,6 @@ std::vector<Quantity> read_quantities(const Row& row) {
 }
 
 }  // namespace
-
-std::string_view name_of(QuantityKind kind) {
-  switch (kind) {
-    case QuantityKind::kExact:
-      return "exact";
-    case QuantityKind::kCounted:
-      return "counted";
-    case QuantityKind::kTime:
-      return "time";
-  }
-  return "?";
-}
 
 std::vector<Quantity> quantities_of(const Row& row) {
   return expecting_shape("a row", "the fields of results/schema/row.schema.json",

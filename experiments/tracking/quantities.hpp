@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "experiments/results/rows.hpp"
+#include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {
 
@@ -17,8 +18,11 @@ enum class QuantityKind : std::uint8_t {
   kCounted,  ///< work and memory: nearly the same from run to run
   kTime,     ///< samples
 };
-/// "exact", "counted", "time".
-std::string_view name_of(QuantityKind kind);
+inline constexpr auto kQuantityKindNames =
+    volumes::enum_names<QuantityKind>({{QuantityKind::kExact, "exact"},
+                                       {QuantityKind::kCounted, "counted"},
+                                       {QuantityKind::kTime, "time"}});
+constexpr std::string_view name_of(QuantityKind kind) { return kQuantityKindNames.of(kind); }
 
 struct Quantity {
   std::string name;  ///< for instance "size.bytes", "decode", "access uniform level 0", "frame"

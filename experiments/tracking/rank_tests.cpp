@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 
 namespace cvr::experiments {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 
 namespace cvr::experiments {
 

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "experiments/analysis/load_config.hpp"
+#include "experiments/run/load_config.hpp"
 #include "experiments/run/runner.hpp"
 #include "tests/cli/child.hpp"
 #include "volumes/error.hpp"

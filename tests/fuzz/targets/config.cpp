@@ -1,5 +1,5 @@
 // A configuration, over the catalogue of configs/datasets.
-#include "experiments/analysis/load_config.hpp"
+#include "experiments/run/load_config.hpp"
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(config, input) {

@@ -1,8 +1,8 @@
 // What the command line says in small texts: the lines of the input as --set, as --only, and as
 // parameters of a codec.
 #include "codecs/registry.hpp"
-#include "experiments/analysis/load_config.hpp"
 #include "experiments/cli/run_choices.hpp"
+#include "experiments/run/load_config.hpp"
 #include "tests/fuzz/input_files.hpp"
 
 CVR_FUZZ_TARGET(settings, input) {

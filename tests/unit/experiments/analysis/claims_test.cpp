@@ -7,8 +7,9 @@
 
 #include <functional>
 
-#include "experiments/analysis/load_config.hpp"
+#include "experiments/run/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
+#include "tests/unit/experiments/stage.hpp"
 #include "volumes/error.hpp"
 
 namespace cvr::experiments {
@@ -93,7 +94,7 @@ Fill lossy(double gain) {
 /// Seconds of encoding, one after the other: `right` of bc4, `left` of all others.
 Fill times(const std::vector<double>& left, const std::vector<double>& right) {
   return [=](const Cell& cell, Row& row) {
-    if (cell.stage != Stage::kEncode) return;
+    if (cell.stage->id != "encode") return;
     const auto& samples = cell.codec == "bc4" ? right : left;
     double sum = 0;
     for (const double s : samples) sum += s;

@@ -9,6 +9,7 @@
 
 #include "codecs/registry.hpp"
 #include "experiments/analysis/tables.hpp"
+#include "tests/unit/experiments/stage.hpp"
 
 namespace cvr::experiments {
 namespace {
@@ -104,7 +105,7 @@ class CurveTables : public testing::Test {
                 id,
                 1,
                 codecs::Parameters::parse(codec->parameters(), parameters).value(),
-                Stage::kEncode,
+                stage("encode"),
                 {"1", 1}};
       config_.cells.push_back(cell);
       Row row{{"cell", cell.row_key()}, {"key", cell.row_key()}, {"status", "ok"}, {"reason", ""}};

@@ -9,6 +9,7 @@
 #include "experiments/run/frame_times.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/scratch_folder.hpp"
+#include "tests/unit/experiments/stage.hpp"
 
 namespace cvr::experiments {
 namespace {
@@ -83,7 +84,7 @@ TEST(FrameTimes, ASingleRoundIsAllThereIs) {
 
 std::string text_of(const char* metric, const Row& row) {
   LineContext line;
-  line.rows[Stage::kRender] = &row;
+  line.rows["render"] = &row;
   return find_metric(metric)->read(line).text;
 }
 
@@ -136,14 +137,14 @@ class RenderTable : public testing::Test {
       dataset->name = name;
       for (const gpu::Shading shading : {gpu::Shading::kLocal, gpu::Shading::kAo}) {
         for (const char* cache : {"none", "voxel"}) {
-          Cell cell{dataset, "raw", 1, {}, Stage::kRender, {"all", 2}, RenderChoice{}};
+          Cell cell{dataset, "raw", 1, {}, stage("render"), {"all", 2}, RenderChoice{}};
           cell.render->scene = "s";
           cell.render->access = cache;
           cell.render->shading = shading;
           config_.cells.push_back(cell);
         }
       }
-      config_.cells.push_back({dataset, "raw", 1, {}, Stage::kEncode, {"1", 1}});
+      config_.cells.push_back({dataset, "raw", 1, {}, stage("encode"), {"1", 1}});
     }
     spec_.name = spec_.title = "t";
     spec_.rows = {"codec", "cache"};
@@ -230,7 +231,7 @@ TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
                              const char* cache, gpu::Shading shading) {
     auto described = std::make_shared<Dataset>();
     described->name = dataset;
-    Cell cell{described, codec, 1, {}, Stage::kRender, {"all", 2}, RenderChoice{}};
+    Cell cell{described, codec, 1, {}, stage("render"), {"all", 2}, RenderChoice{}};
     const std::string assignment = std::string("brick=") + brick;
     cell.parameters = codecs::Parameters::parse(codecs::find_codec(codec)->parameters(),
                                                 std::span(&assignment, 1))

@@ -5,8 +5,9 @@
 
 #include <thread>
 
-#include "experiments/analysis/load_config.hpp"
+#include "experiments/run/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
+#include "tests/unit/experiments/stage.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/io.hpp"
 
@@ -79,7 +80,7 @@ TEST_F(ConfigTest, ProductsExpandInOrder) {
 )");
   std::vector<std::string> encode_one_thread;
   for (const Cell& cell : config.cells) {
-    if (cell.stage == Stage::kEncode && cell.threads.text == "1")
+    if (cell.stage->id == "encode" && cell.threads.text == "1")
       encode_one_thread.push_back(cell.parameters.canonical());
   }
   EXPECT_THAT(encode_one_thread, ElementsAre("", "brick=16;delta=0", "brick=16;delta=1",
@@ -208,7 +209,7 @@ TEST(CellId, IsStableAndDependsOnEverything) {
   other.codec_version = 2;
   EXPECT_NE(cell_id(other, "0123456789abcdef"), cell_id(cell, "0123456789abcdef"));
   other = make();
-  other.stage = Stage::kDecode;
+  other.stage = stage("decode");
   EXPECT_NE(cell_id(other, "0123456789abcdef"), cell_id(cell, "0123456789abcdef"));
 }
 

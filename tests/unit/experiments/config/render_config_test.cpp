@@ -5,8 +5,8 @@
 
 #include <set>
 
-#include "experiments/analysis/load_config.hpp"
 #include "experiments/config/scene_file.hpp"
+#include "experiments/run/load_config.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "volumes/error.hpp"

@@ -3,7 +3,7 @@
 // the machine up, where there are any.
 #pragma once
 
-#include "experiments/run/row_building.hpp"
+#include "experiments/results/measured.hpp"
 
 namespace cvr::experiments {
 

@@ -1,8 +1,10 @@
-#include "experiments/run/frame_times.hpp"
+#include "experiments/stages/frame_times.hpp"
 
 #include <algorithm>
 #include <span>
 #include <string>
+
+#include "experiments/results/statistics.hpp"
 
 namespace cvr::experiments {
 

@@ -1,4 +1,4 @@
-#include "experiments/analysis/statistics.hpp"
+#include "experiments/results/statistics.hpp"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,91 @@
+// The stage render: images of the volume from its encoded form, on a Vulkan device (render.cpp,
+// render_scalars.cpp).
+#include <fmt/format.h>
+
+#include "experiments/stages/frame_times.hpp"
+#include "experiments/stages/render_runs.hpp"
+#include "experiments/stages/stage_kind.hpp"
+#include "gpu/caches/cache.hpp"
+
+namespace cvr::experiments {
+
+namespace {
+
+constexpr double kStartSeconds = 4;
+constexpr double kPixelsPerSecond = 2e6;
+constexpr double kCheckFrames = 20;
+constexpr double kMiB = 1 << 20;
+constexpr double kDriver = 256 * kMiB;
+constexpr double kPixel = 100;  ///< bytes, of images on the device and here
+
+std::string refusal_of(const RenderChoice& choice, bool labels) {
+  const gpu::CacheTraits& access = *gpu::find_cache(choice.access);
+  if (labels) return access.labels ? "" : fmt::format("{} serves scalar volumes alone", access.id);
+  if (!access.scalars) return fmt::format("{} serves label volumes alone", access.id);
+  if (choice.shading != gpu::Shading::kLocal)
+    return "scalar volumes are shaded by their gradients alone: local";
+  return "";
+}
+
+class RenderStage final : public StageKind {
+ public:
+  const StageTraits& traits() const override {
+    static constexpr StageTraits kTraits{
+        .id = "render",
+        .sentence = "Frames of a camera path from the encoded form on a Vulkan device",
+        .renders = true};
+    return kTraits;
+  }
+  std::string unsupported_reason(const Cell& cell, const codecs::Traits& codec,
+                                 const volumes::VolumeInfo& info) const override {
+    const bool labels = info.kind == volumes::VolumeKind::kLabels;
+    if (!(labels ? codec.gpu_decodable : codec.gpu_scalars)) return "no decoder for the GPU";
+    return refusal_of(*cell.render, labels);
+  }
+  double expected_seconds(const Cell& cell, const volumes::VolumeInfo&,
+                          double rounds) const override {
+    const RenderChoice& render = *cell.render;
+    const auto pixels = static_cast<double>(std::uint64_t{render.width} * render.height);
+    const double frames =
+        kCheckFrames + (rounds + 1) * (render.frames * render.ao_samples + render.held_frames);
+    return kStartSeconds + frames * pixels / kPixelsPerSecond;
+  }
+  /// Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of
+  /// the counting renderer.
+  double expected_memory(const Cell& cell, const volumes::VolumeInfo& info,
+                         const MemoryChoices&) const override {
+    const RenderChoice& render = *cell.render;
+    const auto pixels = static_cast<double>(std::uint64_t{render.width} * render.height);
+    return 4 * static_cast<double>(info.bytes()) + 8 * static_cast<double>(info.extent.voxels()) +
+           static_cast<double>(render.cache_mib) * 2 * kMiB + kPixel * pixels + kDriver;
+  }
+  bool memory_scales() const override { return false; }
+  bool limits_address_space() const override { return false; }  // drivers reserve as they like
+  bool takes_turns_on_a_core(const Cell&) const override { return false; }
+
+  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
+                                     const volumes::VolumeSource& truth) const override {
+    return truth.info().kind == volumes::VolumeKind::kScalars ? make_scalar_render_run(spec, truth)
+                                                              : make_render_run(spec, truth);
+  }
+
+  void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {
+    const Measured::Series& series = measured.series.front();
+    row["time"]["seconds"] = describe_samples(series.wall_seconds);
+    row["time"]["cpu_seconds"] = describe_samples(series.cpu_seconds);
+    row["frames"] = describe_frames(measured);
+    if (const Row held = describe_held_frames(measured); !held.is_null()) row["held"].update(held);
+  }
+  std::string headline(const Row& row) const override {
+    return fmt::format("{:.4g} ms per frame", row.at("frames").at("mean_ms").get<double>());
+  }
+};
+
+}  // namespace
+
+const StageKind& render_stage() {
+  static const RenderStage kStage;
+  return kStage;
+}
+
+}  // namespace cvr::experiments
