@@ -1,4 +1,4 @@
-// What a GPU needs to decode an opened stream: buffers, the name of a decoder text, and its
+// What a GPU needs to decode an opened stream: buffers, the name of a decoder source, and its
 // constants.
 //
 // The renderer and its caches know no codec by name. They upload the buffers in their order,
@@ -30,12 +30,12 @@ struct GpuBuffer {
 struct GpuEncoding {
   std::string decoder;  ///< shaders/decode/<decoder>.glsl
   std::vector<std::pair<std::string, std::uint32_t>>
-      constants;                   ///< become #defines before the text
-  std::vector<GpuBuffer> buffers;  ///< at most 6; the text reads the i-th as CVR_BUFFER(i)
+      constants;                   ///< become #defines before the source
+  std::vector<GpuBuffer> buffers;  ///< at most 6; the source reads the i-th as CVR_BUFFER(i)
   std::uint32_t brick = 0;         ///< voxels a side
   unsigned levels = 0;             ///< log2(brick) + 1
-  bool voxel_access = false;       ///< the text decodes single cells
-  bool serial = false;             ///< the text decodes whole bricks in one sweep
+  bool voxel_access = false;       ///< the source decodes single cells
+  bool serial = false;             ///< the source decodes whole bricks in one sweep
   bool together = false;           ///< ... and by the invocations of a subgroup
   /// Words that a subgroup would copy to shared memory for the largest brick; 0: the encoding has
   /// no such piece.

@@ -1,5 +1,5 @@
 // What a GPU needs to decode single scalars of an opened stream: buffers, the name of a decoder
-// text, and its constants.
+// source, and its constants.
 //
 // The renderer of scalars knows no codec by name: it uploads the buffers in their order, includes
 // shaders/scalars/<decoder>.glsl and calls cvr_sample(voxel) (shaders/scalars/README.md).
@@ -17,8 +17,8 @@ namespace cvr::codecs {
 struct GpuSamples {
   std::string decoder;  ///< shaders/scalars/<decoder>.glsl
   std::vector<std::pair<std::string, std::uint32_t>>
-      constants;                   ///< become #defines before the text
-  std::vector<GpuBuffer> buffers;  ///< at most 6; the text reads the i-th as CVR_BUFFER(i)
+      constants;                   ///< become #defines before the source
+  std::vector<GpuBuffer> buffers;  ///< at most 6; the source reads the i-th as CVR_BUFFER(i)
 };
 
 }  // namespace cvr::codecs

@@ -54,10 +54,10 @@ Kernel& DecodeProbe::Impl::kernel(DecodePath path) {
   if (path == DecodePath::kShared) {
     source.definitions.emplace_back("CVR_WORDS_SHARED", "1");
     source.definitions.emplace_back("CVR_SHARED_WORDS", fmt::format("{}u", encoding.shared_words));
-    source.texts.emplace_back("shaders/caches/shared_words.glsl");
+    source.files.emplace_back("shaders/caches/shared_words.glsl");
   }
-  append_source(source, decoder_text(device, encoding));
-  source.texts.emplace_back("shaders/render/probe.comp");
+  append_source(source, decoder_source(device, encoding));
+  source.files.emplace_back("shaders/render/probe.comp");
   slot = std::make_unique<Kernel>(device, commands, source);
   return *slot;
 }

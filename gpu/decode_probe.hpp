@@ -1,4 +1,4 @@
-// Decodes whole levels on the device and reads them back: the proof that a decoder text computes
+// Decodes whole levels on the device and reads them back: the proof that a decoder source computes
 // there what the codec computes here.
 #pragma once
 

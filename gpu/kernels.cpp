@@ -10,19 +10,16 @@ KernelSource frame_kernel(const std::string& name, const codecs::GpuEncoding& en
   source.definitions = {{"CVR_BRICK_SHIFT", fmt::format("{}u", encoding.levels - 1)},
                         {"CVR_LEVELS", fmt::format("{}u", encoding.levels)}};
   if (instrumented) source.definitions.emplace_back("CVR_INSTRUMENTED", "1");
-  source.texts = {"shaders/render/frame.glsl"};
+  source.files = {"shaders/render/frame.glsl"};
   return source;
 }
 
-KernelSource decoder_text(const Device& device, const codecs::GpuEncoding& encoding) {
+KernelSource decoder_source(const Device& device, const codecs::GpuEncoding& encoding) {
   KernelSource source;
   if (device.limits().serial_gathers) source.definitions.emplace_back("CVR_HOLD_HEADERS", "1");
   for (const auto& [name, value] : encoding.constants)
     source.definitions.emplace_back(name, std::to_string(value));
-  for (const char* text : {"portable", "morton", "bit_vector", "csgvr", "csgvr_c", "csgvr_nibble",
-                           "neuroglancer", "label_codes"})
-    source.texts.push_back(fmt::format("shaders/shared/{}.glsl", text));
-  source.texts.push_back(fmt::format("shaders/decode/{}.glsl", encoding.decoder));
+  source.files.push_back(fmt::format("shaders/decode/{}.glsl", encoding.decoder));
   return source;
 }
 

@@ -1,5 +1,5 @@
-// How kernels are put together: the frame's text, the shared text, a codec's decoder. What follows
-// is the kernel's own.
+// How kernels are put together: the frame, a codec's decoder, the access mode, the kernel. Each of
+// these shader sources includes what it needs of the shared ones.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace cvr::gpu {
 
-/// The beginning of every kernel of an encoding: levels, and the text that reads the frame.
+/// The beginning of every kernel of an encoding: levels, and the source that reads the frame.
 KernelSource frame_kernel(const std::string& name, const codecs::GpuEncoding& encoding,
                           bool instrumented = false);
 
-/// The shared text and the decoder with its constants, as the device bears them best, to be
+/// The decoder that the encoding names, with its constants, as the device bears it best; to be
 /// appended.
-KernelSource decoder_text(const Device& device, const codecs::GpuEncoding& encoding);
+KernelSource decoder_source(const Device& device, const codecs::GpuEncoding& encoding);
 
 }  // namespace cvr::gpu

@@ -137,7 +137,7 @@ Expected<void> Renderer::Impl::make_kernels() {
                              info,
                              grid,
                              options.cache_bytes,
-                             decoder_text(device, encoding),
+                             decoder_source(device, encoding),
                              options.instrumented};
   auto made = traits->make(setting);
   if (!made) return tl::unexpected(made.error());
@@ -146,7 +146,7 @@ Expected<void> Renderer::Impl::make_kernels() {
   KernelSource visible_source = frame_kernel("visibility", encoding);
   if (hashed) visible_source.definitions.emplace_back("CVR_MATERIALS_HASHED", "1");
   append_source(visible_source, setting.decoder);
-  visible_source.texts.emplace_back("shaders/render/visibility.comp");
+  visible_source.files.emplace_back("shaders/render/visibility.comp");
   visibility = std::make_unique<Kernel>(device, commands, visible_source);
   KernelSource source = frame_kernel(
       fmt::format("march {} {} {}", encoding.decoder, options.access, name_of(options.shading)),
@@ -158,7 +158,7 @@ Expected<void> Renderer::Impl::make_kernels() {
   source.definitions.emplace_back("CVR_CELL_LOOPS", fmt::format("{}u", encoding.cell_loops));
   source.definitions.emplace_back("CVR_SHADING", std::to_string(static_cast<int>(options.shading)));
   cache->extend_kernel(source);
-  source.texts.emplace_back("shaders/render/march.comp");
+  source.files.emplace_back("shaders/render/march.comp");
   march = std::make_unique<Kernel>(device, commands, source);
   return {};
 }

@@ -17,10 +17,9 @@ constexpr std::uint32_t kThreads = 64;
 constexpr std::uint64_t kUnitBytes = 32;
 
 KernelSource management_kernel(const CacheSetting& setting, const std::string& name,
-                               const std::string& text) {
+                               const std::string& file) {
   KernelSource source = frame_kernel(name, setting.encoding);
-  source.texts.emplace_back("shaders/shared/portable.glsl");
-  source.texts.push_back(text);
+  source.files.push_back(file);
   return source;
 }
 
@@ -78,7 +77,7 @@ void BrickCache::make_kernels() {
       management_kernel(setting_, "assign", "shaders/caches/brick_assign.comp"));
   KernelSource roots = frame_kernel("roots " + setting_.encoding.decoder, setting_.encoding);
   append_source(roots, setting_.decoder);
-  roots.texts.emplace_back("shaders/caches/brick_roots.comp");
+  roots.files.emplace_back("shaders/caches/brick_roots.comp");
   find_roots_ = std::make_unique<Kernel>(device, setting_.commands, roots);
   const std::uint32_t width = device.limits().subgroup;
   bricks_a_group_ = decoding_ == BrickDecoding::kSerial ? width : 1;
@@ -101,17 +100,15 @@ void BrickCache::make_kernels() {
     decode.definitions.emplace_back("CVR_WORDS_SHARED", "1");
     decode.definitions.emplace_back("CVR_SHARED_WORDS",
                                     fmt::format("{}u", setting_.encoding.shared_words));
-    decode.texts.emplace_back("shaders/caches/shared_words.glsl");
+    decode.files.emplace_back("shaders/caches/shared_words.glsl");
   }
   append_source(decode, setting_.decoder);
-  decode.texts.emplace_back("shaders/caches/brick_decode.comp");
+  decode.files.emplace_back("shaders/caches/brick_decode.comp");
   decode_ = std::make_unique<Kernel>(device, setting_.commands, decode);
 }
 
 void BrickCache::extend_kernel(KernelSource& source) const {
-  for (const char* text :
-       {"shaders/shared/portable.glsl", "shaders/shared/morton.glsl", "shaders/caches/brick.glsl"})
-    source.texts.emplace_back(text);
+  source.files.emplace_back("shaders/caches/brick.glsl");
 }
 
 void BrickCache::describe(FrameConstants& frame) const {

@@ -1,8 +1,8 @@
-// The contract of access modes: how the ray marcher gets at labels. One file and one shader text a
-// mode, one line in caches.cpp.
+// The contract of access modes: how the ray marcher gets at labels. One file and one shader source
+// per mode, one line in caches.cpp.
 //
-// A mode declares what it needs of the codec and the device, owns its device memory, adds its text
-// to the marcher's kernel and records its passes before the rendering pass of each frame. It knows
+// A mode declares what it needs of the codec and the device, owns its device memory, adds its
+// source to the marcher's kernel and records its passes before the rendering pass of each frame. It knows
 // no codec by name.
 #pragma once
 
@@ -29,7 +29,7 @@ struct CacheSetting {
   volumes::VolumeInfo info;
   volumes::Extent grid;       ///< bricks along each axis
   std::uint64_t cache_bytes;  ///< what the cache may take
-  KernelSource decoder;       ///< definitions and texts up to and including the codec's decoder
+  KernelSource decoder;       ///< the codec's, with its definitions
   bool instrumented;
 };
 
@@ -43,7 +43,7 @@ struct CacheReport {
 class Cache {
  public:
   virtual ~Cache() = default;
-  /// Adds what the marcher's kernel needs to `source`, which holds the frame's text alone; includes
+  /// Adds what the marcher's kernel needs to `source`, which holds the frame's alone; includes
   /// the decoder if it is called.
   virtual void extend_kernel(KernelSource& source) const = 0;
   /// Addresses and sizes of the mode's buffers.

@@ -10,7 +10,7 @@ class NoCache final : public Cache {
   explicit NoCache(const CacheSetting& setting) : setting_(setting) {}
   void extend_kernel(KernelSource& source) const override {
     append_source(source, setting_.decoder);
-    source.texts.emplace_back("shaders/caches/none.glsl");
+    source.files.emplace_back("shaders/caches/none.glsl");
   }
   void describe(FrameConstants&) const override {}
   void clear(Commands&, bool) override {}

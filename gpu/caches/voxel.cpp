@@ -40,7 +40,7 @@ volumes::Expected<void> VoxelCache::make_empty_space() {
 void VoxelCache::extend_kernel(KernelSource& source) const {
   if (!first_word_.empty()) source.definitions.emplace_back("CVR_EMPTY_SPACE", "1");
   append_source(source, setting_.decoder);
-  source.texts.emplace_back("shaders/caches/voxel.glsl");
+  source.files.emplace_back("shaders/caches/voxel.glsl");
 }
 
 void VoxelCache::describe(FrameConstants& frame) const {

@@ -109,20 +109,18 @@ Expected<void> ScalarRenderer::Impl::upload() {
 }
 
 Expected<void> ScalarRenderer::Impl::make_kernels() {
-  KernelSource text{.name = {},
-                    .definitions = {},
-                    .texts = {"shaders/scalars/frame.glsl", "shaders/shared/portable.glsl"}};
-  text.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)},
-                      {"CVR_GROUP", std::to_string(kGroup)}};
+  KernelSource common;
+  common.definitions = {{"CVR_TRANSFER_ENTRIES", std::to_string(kTransferEntries)},
+                        {"CVR_GROUP", std::to_string(kGroup)}};
   for (const auto& [name, value] : samples.constants)
-    text.definitions.emplace_back(name, std::to_string(value));
-  text.texts.push_back(fmt::format("shaders/scalars/{}.glsl", samples.decoder));
-  text.texts.emplace_back("shaders/scalars/offset.glsl");
+    common.definitions.emplace_back(name, std::to_string(value));
+  common.files = {"shaders/scalars/frame.glsl",
+                  fmt::format("shaders/scalars/{}.glsl", samples.decoder)};
   const auto kernel = [&](const char* path, bool from_ring) {
-    KernelSource source = text;
+    KernelSource source = common;
     source.name = fmt::format("{} {}", path, samples.decoder);
     if (from_ring) source.definitions.emplace_back("CVR_FROM_RING", "1");
-    source.texts.emplace_back(path);
+    source.files.emplace_back(path);
     return std::make_unique<Kernel>(device, commands, source);
   };
   if (ring_of_slices) decode = kernel("shaders/scalars/slice.comp", false);

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "gpu/vulkan/shader_texts.hpp"
+#include "gpu/vulkan/shader_sources.hpp"
 
 namespace cvr::gpu {
 
@@ -28,20 +28,20 @@ constexpr std::string_view kPrelude = R"(#version 460
 #extension GL_KHR_memory_scope_semantics : require
 )";
 
-const ShaderText* find_text(std::string_view path) {
-  const auto texts = shader_texts();
-  const auto found = std::ranges::find(texts, path, &ShaderText::path);
-  return found == texts.end() ? nullptr : &*found;
+const ShaderSource* find_source(std::string_view path) {
+  const auto sources = shader_sources();
+  const auto found = std::ranges::find(sources, path, &ShaderSource::path);
+  return found == sources.end() ? nullptr : &*found;
 }
 
 /// Includes name paths from the source folder.
 class Includer final : public glslang::TShader::Includer {
  public:
   IncludeResult* includeLocal(const char* header, const char*, std::size_t) override {
-    const ShaderText* text = find_text(header);
-    return text == nullptr
+    const ShaderSource* source = find_source(header);
+    return source == nullptr
                ? nullptr
-               : new IncludeResult(header, text->text.data(), text->text.size(), nullptr);
+               : new IncludeResult(header, source->text.data(), source->text.size(), nullptr);
   }
   void releaseInclude(IncludeResult* result) override { delete result; }
 };
@@ -65,7 +65,7 @@ TBuiltInResource resources() {
 void append_source(KernelSource& source, const KernelSource& more) {
   source.definitions.insert(source.definitions.end(), more.definitions.begin(),
                             more.definitions.end());
-  source.texts.insert(source.texts.end(), more.texts.begin(), more.texts.end());
+  source.files.insert(source.files.end(), more.files.begin(), more.files.end());
 }
 
 std::vector<std::uint32_t> compile_kernel(const KernelSource& source) {
@@ -73,7 +73,7 @@ std::vector<std::uint32_t> compile_kernel(const KernelSource& source) {
   std::string text(kPrelude);
   for (const auto& [name, value] : source.definitions)
     text += fmt::format("#define {} {}\n", name, value);
-  for (const std::string& path : source.texts) text += fmt::format("#include \"{}\"\n", path);
+  for (const std::string& path : source.files) text += fmt::format("#include \"{}\"\n", path);
   const char* strings[] = {text.c_str()};
   const char* names[] = {source.name.c_str()};
   glslang::TShader shader(EShLangCompute);

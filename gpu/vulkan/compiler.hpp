@@ -11,18 +11,18 @@ namespace cvr::gpu {
 
 using Definitions = std::vector<std::pair<std::string, std::string>>;
 
-/// A compute kernel put together from texts: the definitions, then an #include of each path in its
-/// order.
+/// A compute kernel: the definitions, then an #include of each file in its order. Each file includes
+/// what it needs besides by its path from the source folder.
 struct KernelSource {
   std::string name;  ///< for messages and time tables
   Definitions definitions;
-  std::vector<std::string> texts;  ///< paths as in shader_texts()
+  std::vector<std::string> files;  ///< paths as in shader_sources()
 };
 
-/// Appends definitions and texts.
+/// Appends definitions and files.
 void append_source(KernelSource& source, const KernelSource& more);
 
-/// Throws std::logic_error with the compiler's messages: a text that does not compile is a fault of
+/// Throws std::logic_error with the compiler's messages: a kernel that does not compile is a fault of
 /// this program.
 std::vector<std::uint32_t> compile_kernel(const KernelSource& source);
 

@@ -1,6 +1,8 @@
 // Access through the brick cache. A brick that is not held at the wanted level is asked for, for
 // the next frame; until then the level that is held stands in, or the brick's coarsest label.
 #include "shaders/caches/brick_state.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
 
 #define CVR_LOOKUP_LOOPS 0u
 

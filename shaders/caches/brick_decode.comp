@@ -6,6 +6,8 @@
 // Where a driver bounds loops, a brick is decoded in parts by several dispatches: cells cvr_push.x
 // to cvr_push.x + cvr_push.y.
 #include "shaders/caches/brick_state.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
 
 layout(local_size_x = CVR_DECODE_WIDTH) in;
 

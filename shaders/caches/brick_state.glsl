@@ -11,6 +11,7 @@
 // cache[5] code of each brick's coarsest level
 // cache_sizes[0] units, [1] bricks
 #include "shaders/caches/brick_control.glsl"
+#include "shaders/shared/portable.glsl"
 
 #define CVR_CONTROL Words32(cvr_frame.cache[2])
 #define CVR_ROOTS Words32(cvr_frame.cache[5])

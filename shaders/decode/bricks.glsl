@@ -4,6 +4,7 @@
 //          1 bricks   [CVR_LEVELS words][palette size] ... [palette, reversed]
 // The first palette entry, the last word of a brick, is the label of its root; every label of the
 // brick is in its palette.
+#include "shaders/shared/portable.glsl"
 
 CVR_FUNC uint cvr_brick_index(uvec3 brick) {
   uvec3 grid = cvr_grid();

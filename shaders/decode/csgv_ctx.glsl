@@ -7,6 +7,7 @@
 #include "shaders/decode/groups.glsl"
 #include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgv_ctx.glsl"
+#include "shaders/shared/portable.glsl"
 
 struct CtxPlace {
   Global words;  // of the group

@@ -1,6 +1,11 @@
 // Bricks of `csgv-ctx` by subgroups: the stream has one reader, so all invocations read it alike;
 // what a symbol's context is made of is found by one invocation for each of the eight children, and
 // labels are stored by all. Only the first 32 invocations take part.
+#include "shaders/shared/brick_limits.glsl"
+#include "shaders/shared/csgv_ctx.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/operations.glsl"
+#include "shaders/shared/portable.glsl"
 
 // What one invocation has stored the others may read.
 void cvr_ctx_meet() {

@@ -2,6 +2,9 @@
 //
 // Constant: CVR_CSGVR_STOP_BITS 0 or 1. Buffers: see bricks.glsl.
 #include "shaders/decode/bricks.glsl"
+#include "shaders/shared/csgvr.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
 
 struct BrickCells {
   Global global;

@@ -2,6 +2,9 @@
 //
 // Buffers: see groups.glsl (64 voxels a side: shaders/shared/csgvr_c.glsl); 2 tables   of the block codes
 #include "shaders/decode/groups.glsl"
+#include "shaders/shared/csgvr_c.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
 
 #define CVR_C_GROUP_SHIFT (6u - uint(CVR_BRICK_SHIFT))
 

@@ -1,6 +1,9 @@
 // `csgvr-nibble`: single nodes by counting nibbles, whole bricks in one sweep. Buffers: see
 // bricks.glsl.
 #include "shaders/decode/bricks.glsl"
+#include "shaders/shared/csgvr_nibble.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
 
 struct BrickCells {
   Global global;

@@ -3,6 +3,7 @@
 //
 // Buffers: 0 starts   first word of each group and the end, groups x fastest
 //          1 bricks   the groups
+#include "shaders/shared/portable.glsl"
 
 // The word at which a brick's group begins.
 CVR_FUNC uint64_t cvr_group_word(uvec3 brick, uint shift) {

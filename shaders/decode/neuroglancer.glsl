@@ -8,6 +8,9 @@
 // Constants: CVR_NEUROGLANCER_BLOCK_X, _Y, _Z voxels of a block; CVR_NEUROGLANCER_TABLE_WORDS words
 // of a label, 1 or 2;
 //            CVR_REMAP_SIZE labels that do not fit in 32 bits
+#include "shaders/shared/label_codes.glsl"
+#include "shaders/shared/neuroglancer.glsl"
+#include "shaders/shared/portable.glsl"
 
 // Blocks along an axis of the chunk at `chunk`.
 CVR_FUNC uint cvr_chunk_blocks(uint chunk, uint edge, uint extent, uint block) {

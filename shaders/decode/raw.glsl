@@ -5,6 +5,8 @@
 //          2 remap    only where CVR_REMAP_SIZE > 0: all labels, ascending, two words each
 // Constants: CVR_RAW_BITS 8, 16, 32 or 64 bits a voxel; CVR_REMAP_SIZE labels that do not fit in 32
 // bits (with 64 bits alone)
+#include "shaders/shared/label_codes.glsl"
+#include "shaders/shared/portable.glsl"
 
 struct BrickCells {
   uint64_t first;  // word of the level

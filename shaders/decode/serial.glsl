@@ -2,6 +2,7 @@
 // before this text, and CVR_SERIAL_STOP_BITS (wavelet) or CVR_SERIAL_DELTA (nibble, rANS).
 #include "shaders/shared/brick_limits.glsl"
 #include "shaders/shared/csgv_serial.glsl"
+#include "shaders/shared/portable.glsl"
 
 CVR_FUNC void cvr_decode_brick(uvec3 brick, uint lod, Labels labels) {
   uvec3 extent = cvr_extent();

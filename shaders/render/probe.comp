@@ -3,6 +3,9 @@
 //   CVR_PROBE_BRICKS     one invocation a brick, the codec's serial decoder; each brick has 8^(L-1-lod) codes in Morton order
 //   CVR_WORDS_SHARED     one workgroup a brick from a copy in shared memory, cells cvr_push.y to cvr_push.y + cvr_push.z; same order
 // cvr_push.x: the level.
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
+
 layout(local_size_x = CVR_PROBE_WIDTH) in;
 
 void main() {

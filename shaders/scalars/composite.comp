@@ -2,6 +2,8 @@
 // invocation a pixel. cvr_push.x, .y: slabs, counted in the order of the view, from the first to
 // the one behind the last; .z: 1 in the first dispatch of a frame, .w: 1 in the last.
 //   CVR_FROM_RING   values come from the ring of decoded slices: deferred filtering. Else each is decoded where it is needed.
+#include "shaders/scalars/offset.glsl"
+
 layout(local_size_x = CVR_GROUP) in;
 
 const float CVR_LEAST_TRANSMITTANCE = 1.0 / 256.0;

@@ -1,5 +1,7 @@
 // `raw`: voxels as they are. Buffer 0: voxels, x fastest. Constant: CVR_RAW_SCALAR 0 u8, 1 u16, 2
 // i16, 3 f32.
+#include "shaders/shared/portable.glsl"
+
 CVR_FUNC float cvr_sample(uvec3 voxel) {
   uvec3 extent = cvr_extent();
   uint64_t at = uint64_t(voxel.x) +

@@ -1,5 +1,7 @@
 // Deferred filtering, first pass: decodes the slices cvr_push.x to cvr_push.y - 1 into the ring;
 // one invocation four voxels side by side along p, which share a block where p is x.
+#include "shaders/scalars/offset.glsl"
+
 layout(local_size_x = CVR_GROUP) in;
 
 void main() {

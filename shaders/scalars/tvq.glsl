@@ -6,6 +6,7 @@
 //            CVR_TVQ_FRACTION, _ZERO, _LOW, _HIGH, _OFFSET, _STEP_A, _STEP_B the domain, floats as
 //            their bits;
 //            CVR_TVQ_ROW_0 .. _16 the row of the only sub-volume
+#include "shaders/shared/portable.glsl"
 #include "shaders/shared/tvq.glsl"
 
 TvqRow cvr_row_of(uint part) {

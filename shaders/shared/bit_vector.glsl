@@ -8,6 +8,8 @@
 #ifndef CVR_BIT_VECTOR_GLSL
 #define CVR_BIT_VECTOR_GLSL
 
+#include "shaders/shared/portable.glsl"
+
 #define CVR_RANK_BLOCK_BITS 1280u
 #define CVR_RANK_SUB_BLOCK_BITS 256u
 

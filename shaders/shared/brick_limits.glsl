@@ -2,6 +2,9 @@
 #ifndef CVR_BRICK_LIMITS_GLSL
 #define CVR_BRICK_LIMITS_GLSL
 
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/portable.glsl"
+
 // Voxels of a brick of 2^shift a side along an axis that lie inside the volume.
 CVR_FUNC uint cvr_brick_valid(uint brick, uint extent, uint shift) {
   uint rest = extent - (brick << shift);

@@ -14,6 +14,11 @@
 #ifndef CVR_CSGV_CTX_GLSL
 #define CVR_CSGV_CTX_GLSL
 
+#include "shaders/shared/brick_limits.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/operations.glsl"
+#include "shaders/shared/portable.glsl"
+
 #define CVR_CTX_LABELS_BITS 18u
 #define CVR_CTX_SIZE_BITS 5u
 #define CVR_CTX_HEADER_BITS 28u

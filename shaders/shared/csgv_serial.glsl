@@ -19,6 +19,17 @@
 // more than them, provided that the header and the palette fit (csgv) or that the brick was checked
 // on opening (csgvr).
 
+#include "shaders/shared/brick_limits.glsl"
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/operations.glsl"
+#include "shaders/shared/portable.glsl"
+#ifdef CVR_SERIAL_WAVELET
+#include "shaders/shared/csgvr.glsl"
+#endif
+#ifdef CVR_SERIAL_CSGVR_C
+#include "shaders/shared/csgvr_c.glsl"
+#endif
+
 struct SerialBrick {
   uint word_count;  // of the whole brick
   uint levels;      // L

@@ -37,6 +37,10 @@
 #ifndef CVR_CSGVR_C_GLSL
 #define CVR_CSGVR_C_GLSL
 
+#include "shaders/shared/morton.glsl"
+#include "shaders/shared/operations.glsl"
+#include "shaders/shared/portable.glsl"
+
 #define CVR_C_CODE_BITS 13u  // at most
 #define CVR_C_LOOKUP 8192u
 #define CVR_C_PLACES 8192u       // word at which the places begin

@@ -8,6 +8,9 @@
 #ifndef CVR_CSGVR_NIBBLE_GLSL
 #define CVR_CSGVR_NIBBLE_GLSL
 
+#include "shaders/shared/operations.glsl"
+#include "shaders/shared/portable.glsl"
+
 CVR_FUNC uint cvr_nibble(Words words, uint first_word, uint i) {
   return (cvr_read(words, first_word + (i >> 3)) >> (4u * (i & 7u))) & 15u;
 }

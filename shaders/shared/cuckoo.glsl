@@ -7,6 +7,7 @@
 #define CVR_CUCKOO_GLSL
 
 #include "shaders/shared/pcg.glsl"
+#include "shaders/shared/portable.glsl"
 
 #define CVR_CUCKOO_SECOND 0x80000000u
 

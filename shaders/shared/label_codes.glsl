@@ -4,6 +4,8 @@
 #ifndef CVR_LABEL_CODES_GLSL
 #define CVR_LABEL_CODES_GLSL
 
+#include "shaders/shared/portable.glsl"
+
 // The place of a label that is in the list; for others the place of the next smaller one, or 0.
 CVR_FUNC uint cvr_code_of(Global list, uint size, uint64_t label) {
   uint first = 0u;

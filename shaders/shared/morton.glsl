@@ -3,6 +3,8 @@
 #ifndef CVR_MORTON_GLSL
 #define CVR_MORTON_GLSL
 
+#include "shaders/shared/portable.glsl"
+
 #define CVR_MORTON_X 0x09249249u
 
 // Spreads the low 10 bits of v to every third bit.

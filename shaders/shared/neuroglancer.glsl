@@ -9,6 +9,8 @@
 #ifndef CVR_NEUROGLANCER_GLSL
 #define CVR_NEUROGLANCER_GLSL
 
+#include "shaders/shared/portable.glsl"
+
 struct NeuroglancerStream {
   uint grid_x;  // blocks along x and y
   uint grid_y;

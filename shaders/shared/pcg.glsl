@@ -3,6 +3,8 @@
 #ifndef CVR_PCG_GLSL
 #define CVR_PCG_GLSL
 
+#include "shaders/shared/portable.glsl"
+
 #define CVR_PCG_FACTOR 1664525u
 
 // A step of the linear congruential generator.

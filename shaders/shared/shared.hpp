@@ -1,5 +1,5 @@
 // The shared decoder source as C++: the very files that the shaders include, in the namespace
-// cvr::shaders. Their order matters.
+// cvr::shaders.
 #pragma once
 
 #include <bit>
@@ -8,22 +8,19 @@
 
 namespace cvr::shaders {
 
-// clang-format off
-#include "shaders/shared/portable.glsl"
-
 #include "shaders/shared/bit_vector.glsl"
-#include "shaders/shared/morton.glsl"
-
 #include "shaders/shared/brick_limits.glsl"
-#include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgv_ctx.glsl"
+#include "shaders/shared/csgvr.glsl"
 #include "shaders/shared/csgvr_c.glsl"
 #include "shaders/shared/csgvr_nibble.glsl"
 #include "shaders/shared/cuckoo.glsl"
 #include "shaders/shared/label_codes.glsl"
+#include "shaders/shared/morton.glsl"
 #include "shaders/shared/neuroglancer.glsl"
+#include "shaders/shared/operations.glsl"
+#include "shaders/shared/portable.glsl"
 #include "shaders/shared/tvq.glsl"
-// clang-format on
 
 // The serial decoder, once for each source of symbols.
 namespace serial_nibble {

@@ -18,6 +18,8 @@
 #ifndef CVR_TVQ_GLSL
 #define CVR_TVQ_GLSL
 
+#include "shaders/shared/portable.glsl"
+
 #define CVR_TVQ_ROW 17u
 #define CVR_TVQ_BOOKS 3u
 

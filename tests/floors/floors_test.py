@@ -42,6 +42,13 @@ def sources():
                 yield path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
 
 
+def codec_ids():
+    """The ids of codecs/registry.cpp, as users write them and as files and functions are named."""
+    registry = (ROOT / "codecs/registry.cpp").read_text(encoding="utf-8")
+    names = set(re.findall(r"&(\w+)_codec\(\)", registry))
+    return names | {name.replace("_", "-") for name in names}
+
+
 class Floors(unittest.TestCase):
     def test_every_source_lies_in_a_room(self):
         for name, _ in sources():
@@ -76,6 +83,20 @@ class Floors(unittest.TestCase):
                     code = line.split("//")[0]
                     with self.subTest(f"{name}:{number}"):
                         self.assertIsNone(forbidden.search(code))
+
+    def test_the_renderer_knows_no_codec_by_name(self):
+        ids = codec_ids()
+        self.assertTrue({"raw", "hdf5-gzip", "csgvr_c", "tvq"} <= ids)
+        strings = 0
+        for name, text in sources():
+            if not name.startswith("gpu/"):
+                continue
+            for number, line in enumerate(text.splitlines(), 1):
+                for quoted in re.findall(r'"([^"]*)"', line.split("//")[0]):
+                    strings += 1
+                    with self.subTest(f"{name}:{number}"):
+                        self.assertFalse(ids & set(re.split(r"[^\w-]+", quoted)))
+        self.assertGreater(strings, 300)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-// The decoder texts as GLSL: each, wrapped in a small kernel with the constants of a real encoding,
-// compiles for Vulkan 1.3; with the brick in device memory and, where the encoding has such a
-// piece, in shared memory.
+// The decoder sources as GLSL: each, wrapped in a small kernel with the constants of a real encoding,
+// compiles for Vulkan 1.3 and includes all that it needs; with the brick in device memory and,
+// where the encoding has such a piece, in shared memory.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -32,14 +32,6 @@ layout(local_size_x = 32) in;
 shared uint cvr_shared[CVR_SHARED_WORDS];
 #endif
 #include "shaders/shared/portable.glsl"
-#include "shaders/shared/bit_vector.glsl"
-#include "shaders/shared/morton.glsl"
-#include "shaders/shared/csgvr.glsl"
-#include "shaders/shared/csgvr_c.glsl"
-#include "shaders/shared/csgvr_nibble.glsl"
-#include "shaders/shared/label_codes.glsl"
-#include "shaders/shared/neuroglancer.glsl"
-#include "shaders/shared/tvq.glsl"
 layout(push_constant) uniform Push {
   uint64_t buffers[6];
   Labels labels;

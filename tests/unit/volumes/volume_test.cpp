@@ -2,12 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstring>
 #include <vector>
 
-#include "volumes/error.hpp"
-#include "volumes/parallel.hpp"
 #include "volumes/source.hpp"
 
 namespace cvr::volumes {
@@ -50,22 +47,6 @@ TEST(CompareSink, CountsMismatches) {
   sink.end(0, 7);
   EXPECT_EQ(sink.compared(), 105u);
   EXPECT_EQ(sink.mismatches(), 2u);
-}
-
-TEST(ParallelFor, VisitsEveryIndexOnceAndRethrows) {
-  for (const unsigned threads : {1u, 2u, 7u}) {
-    std::vector<std::atomic<int>> visits(1000);
-    parallel_for(threads, visits.size(), [&](unsigned worker, std::uint64_t i) {
-      EXPECT_LT(worker, threads);
-      ++visits[i];
-    });
-    for (const auto& n : visits) EXPECT_EQ(n, 1);
-    EXPECT_THROW(parallel_for(threads, 10,
-                              [](unsigned, std::uint64_t i) {
-                                if (i == 3) throw InputError("x");
-                              }),
-                 InputError);
-  }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The shader texts, compiled into the program: it draws wherever it is installed.
+// The shader sources, compiled into the program: it draws wherever it is installed.
 #pragma once
 
 #include <span>
@@ -6,11 +6,11 @@
 
 namespace cvr::gpu {
 
-struct ShaderText {
+struct ShaderSource {
   std::string_view path;  ///< from the source folder, for instance "shaders/shared/morton.glsl"
   std::string_view text;
 };
 
-std::span<const ShaderText> shader_texts();
+std::span<const ShaderSource> shader_sources();
 
 }  // namespace cvr::gpu
