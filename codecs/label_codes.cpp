@@ -89,15 +89,21 @@ void DistinctLabels::add(volumes::VoxelType type, std::span<const std::byte> vox
 
 std::vector<std::uint64_t> DistinctLabels::take() {
   std::vector<std::uint64_t> all;
+  unsigned lists = 0;
   for (Worker& worker : workers_) {
     for (std::size_t label = 0; label < worker.seen.size(); ++label) {
       if (worker.seen[label] != 0) worker.labels.push_back(label);
     }
     worker.thin();
-    all.insert(all.end(), worker.labels.begin(), worker.labels.end());
+    lists += worker.labels.empty() ? 0 : 1;
+    if (all.empty()) {
+      all = std::move(worker.labels);
+    } else {
+      all.insert(all.end(), worker.labels.begin(), worker.labels.end());
+    }
     worker = {};
   }
-  sort_and_thin(all);
+  if (lists > 1) sort_and_thin(all);
   return all;
 }
 

@@ -1,11 +1,11 @@
 // The encoder of compressed_segmentation streams; layout in the header.
 //
-// One row of blocks (all blocks of one by, bz) at a time. A first pass reads its voxel rows in
-// memory order and finds the blocks of one label; only the others are visited again. Such a block
-// is cut into runs along x (a row equal to the row before shares its runs), each run looks its
-// label up in a palette in order of discovery, the palette is sorted, and the runs are packed: with
-// v0, v1, ... the sorted indices of a row's runs, the packed row is the XOR over runs of (v_i ^
-// v_i-1) * 0b...0001_0001 shifted to the run's start, so that no voxel is touched alone.
+// One row of blocks (all blocks of one by, bz) at a time. A first pass reads its voxel rows in memory order
+// and finds the blocks of one label; only the others are visited again. Such a block is cut into runs along x
+// (a row equal to the row before shares its runs), each run looks its label up in a palette in order of
+// discovery, the palette is sorted, and the runs are packed: with v0, v1, ... the sorted indices of a row's
+// runs, the packed row is the XOR over runs of (v_i ^ v_i-1) * 0b...0001_0001 shifted to the run's start, so
+// that no voxel is touched alone.
 #include "volumes/compressed_segmentation.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +15,6 @@
 #include <bit>
 #include <cstring>
 #include <limits>
-#include <numeric>
 
 #include "volumes/compressed_segmentation_tables.hpp"
 
@@ -93,7 +92,8 @@ class StreamEncoder {
         first_(grid_.x),
         any_(grid_.x),
         palette_(block.voxels()),
-        order_(block.voxels()),
+        entries_(block.voxels()),
+        spare_(block.voxels()),
         ranks_(block.voxels()),
         table_(block.voxels()),
         runs_(block.voxels()),
@@ -216,8 +216,7 @@ class StreamEncoder {
     } else {
       find_runs(origin, width_);
     }
-    sort_palette();
-    const std::uint32_t count = palette_.size();
+    const std::uint32_t count = sort_palette();
     const std::uint32_t bits = count <= 2       ? 1
                                : count <= 4     ? 2
                                : count <= 16    ? 4
@@ -256,8 +255,9 @@ class StreamEncoder {
     }
   }
 
-  /// Fills table_ (labels ascending) and ranks_ (palette index -> table index).
-  void sort_palette() {
+  /// Fills table_ (labels ascending, each once) and ranks_ (palette index -> table index). Returns
+  /// the labels of the table.
+  std::uint32_t sort_palette() {
     const std::uint32_t count = palette_.size();
     const Word* labels = palette_.labels();
     if (count == 2) {
@@ -266,9 +266,9 @@ class StreamEncoder {
       ranks_[1] = !swapped;
       table_[0] = labels[swapped];
       table_[1] = labels[!swapped];
-      return;
+      return count;
     }
-    if (count <= 24) {
+    if (palette_.distinct()) {
       // Rank = how many are smaller: quadratic, but without a branch that could be mispredicted.
       for (std::uint32_t i = 0; i < count; ++i) {
         std::uint32_t rank = 0;
@@ -276,15 +276,17 @@ class StreamEncoder {
         ranks_[i] = rank;
         table_[rank] = labels[i];
       }
-      return;
+      return count;
     }
-    std::iota(order_.begin(), order_.begin() + count, 0u);
-    std::sort(order_.begin(), order_.begin() + count,
-              [labels](std::uint32_t a, std::uint32_t b) { return labels[a] < labels[b]; });
+    for (std::uint32_t i = 0; i < count; ++i) entries_[i] = {labels[i], i};
+    segmentation::sort_entries(entries_.data(), spare_.data(), count);
+    std::uint32_t rank = 0;
+    table_[0] = entries_[0].label;
     for (std::uint32_t i = 0; i < count; ++i) {
-      ranks_[order_[i]] = i;
-      table_[i] = labels[order_[i]];
+      if (entries_[i].label != table_[rank]) table_[++rank] = entries_[i].label;
+      ranks_[entries_[i].index] = rank;
     }
+    return rank + 1;
   }
 
   void pack(std::uint32_t* values, std::uint32_t bits) {
@@ -292,6 +294,7 @@ class StreamEncoder {
     if (block_.x == 8 && bits == 2) return pack_rows<2>(values);
     if (block_.x == 8 && bits == 4) return pack_rows<4>(values);
     if (block_.x == 8 && bits == 8) return pack_rows<8>(values);
+    if (bits == 16) return pack_whole<std::uint16_t>(values);
     std::fill_n(values, (bits * block_.voxels() + 31) / 32, 0u);
     const Row* rows = rows_.data();
     for (std::uint32_t z = 0; z < depth_; ++z) {
@@ -302,6 +305,25 @@ class StreamEncoder {
           const std::uint32_t rank = ranks_[runs_[run].index];
           for (std::uint32_t x = runs_[run].x; x < end; ++x, bit += bits)
             values[bit / 32] |= rank << (bit % 32);
+        }
+      }
+    }
+  }
+
+  /// Values of whole bytes.
+  template <class Value>
+  void pack_whole(std::uint32_t* values) {
+    std::memset(values, 0, (sizeof(Value) * block_.voxels() + 3) / 4 * 4);
+    auto* out = reinterpret_cast<std::byte*>(values);
+    const Row* rows = rows_.data();
+    for (std::uint32_t z = 0; z < depth_; ++z) {
+      for (std::uint32_t y = 0; y < height_; ++y, ++rows) {
+        std::byte* row = out + sizeof(Value) * block_.x * (y + std::uint64_t{block_.y} * z);
+        for (std::uint32_t run = rows->begin; run < rows->end; ++run) {
+          const std::uint32_t end = run + 1 < rows->end ? runs_[run + 1].x : width_;
+          const auto rank = static_cast<Value>(ranks_[runs_[run].index]);
+          for (std::uint32_t x = runs_[run].x; x < end; ++x)
+            std::memcpy(row + sizeof rank * x, &rank, sizeof rank);
         }
       }
     }
@@ -354,7 +376,8 @@ class StreamEncoder {
   T uniform_label_ = 0;  ///< of the newest uniform block
   std::uint64_t uniform_offset_ = 0;
   Palette<Word> palette_;
-  std::vector<std::uint32_t> order_, ranks_;
+  std::vector<segmentation::Entry<Word>> entries_, spare_;
+  std::vector<std::uint32_t> ranks_;
   std::vector<Word> table_;
   std::vector<Run> runs_;
   std::vector<Row> rows_;
@@ -372,8 +395,7 @@ Expected<std::vector<std::uint32_t>> encode_compressed_segmentation(const LabelB
                 fmt::format("block: expected edges of 1..{}, found {},{},{}", kMaxBlockEdge,
                             block.x, block.y, block.z));
   }
-  // The headers lie before every table: whatever the labels, more headers than this cannot be
-  // addressed.
+  // The headers lie before every table: whatever the labels, more headers than this cannot be addressed.
   std::uint64_t headers = 2;
   const std::array edges{std::pair{box.extent.x, block.x}, std::pair{box.extent.y, block.y},
                          std::pair{box.extent.z, block.z}};

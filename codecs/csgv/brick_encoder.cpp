@@ -2,13 +2,11 @@
 // bricks encoded in parallel into the workers' own memory and appended in brick order, so that the
 // bytes do not depend on the number of threads.
 #include <algorithm>
-#include <bit>
 #include <mutex>
 
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv/label_remap.hpp"
 #include "codecs/label_codes.hpp"
-#include "volumes/error.hpp"
-#include "volumes/label_hash.hpp"
 #include "volumes/parallel.hpp"
 
 namespace cvr::codecs::csgv {
@@ -18,78 +16,7 @@ namespace {
 using volumes::parallel_for;
 using volumes::SlabReader;
 
-constexpr std::uint64_t kSlabDepth = 64;
 constexpr std::size_t kGroupsAtOnce = 256;  ///< of kept ones, written before they are appended
-
-/// Replaces labels above 32 bits by their rank among all labels.
-class LabelRemap {
- public:
-  /// Reads the whole volume once, and a second time if a label needs more than 32 bits.
-  LabelRemap(const VolumeSource& source, unsigned threads) {
-    if (source.info().type != VoxelType::kU64) return;
-    std::uint64_t all_bits = 0;
-    for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
-      for (const std::uint64_t label : voxels) all_bits |= label;
-    });
-    if (all_bits >> 32 == 0) return;
-    DistinctLabels distinct(threads);
-    for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
-      distinct.add(VoxelType::kU64, std::as_bytes(voxels));
-    });
-    labels_ = distinct.take();
-    slots_.resize(std::bit_ceil(2 * labels_.size()));
-    for (std::uint32_t i = 0; i < labels_.size(); ++i) slots_[slot_of(labels_[i])] = i + 1;
-  }
-
-  const std::vector<std::uint64_t>& labels() const { return labels_; }
-
-  /// Narrows labels to the stored 32 bits.
-  void apply(std::span<const std::uint64_t> voxels, std::uint32_t* out) const {
-    if (labels_.empty()) {
-      std::ranges::transform(voxels, out,
-                             [](std::uint64_t label) { return static_cast<std::uint32_t>(label); });
-      return;
-    }
-    std::uint64_t last = voxels[0];
-    std::uint32_t index = rank_of(last);
-    for (std::size_t i = 0; i < voxels.size(); ++i) {
-      if (voxels[i] != last) {
-        last = voxels[i];
-        index = rank_of(last);
-      }
-      out[i] = index;
-    }
-  }
-
- private:
-  template <class Body>
-  static void for_each_slab(const VolumeSource& source, Body&& body) {
-    SlabReader reader(source);
-    const Extent& e = source.info().extent;
-    for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
-      const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
-      body(std::span(reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth)),
-                     e.x * e.y * depth));
-    }
-  }
-
-  std::uint32_t rank_of(std::uint64_t label) const {
-    const std::uint32_t rank = slots_[slot_of(label)];
-    if (rank == 0)
-      throw volumes::InputError("the volume has changed between two readings: a new label");
-    return rank - 1;
-  }
-
-  /// The slot of a label, or the free one that it would take.
-  std::size_t slot_of(std::uint64_t label) const {
-    std::size_t at = volumes::hash_of(label) & (slots_.size() - 1);
-    while (slots_[at] != 0 && labels_[slots_[at] - 1] != label) at = (at + 1) & (slots_.size() - 1);
-    return at;
-  }
-
-  std::vector<std::uint64_t> labels_;  ///< ascending
-  std::vector<std::uint32_t> slots_;   ///< ranks + 1; a power of two, at most half of them taken
-};
 
 struct Worker {
   Worker(std::uint32_t b, std::unique_ptr<PackWorkspace> workspace)
@@ -248,7 +175,7 @@ void BrickEncoder::sample() {
 
 void BrickEncoder::write_front(ByteWriter& out, ByteBreakdown& bytes) const {
   out.put(static_cast<std::uint64_t>(remap_.labels().size()));
-  for (const std::uint64_t label : remap_.labels()) out.put(label);
+  out.append(std::as_bytes(std::span(remap_.labels())));
   ByteWriter tables;
   format_.write_tables(tables);
   const Buffer table_bytes = tables.take();

@@ -45,21 +45,20 @@ std::uint64_t OperationStream::palette_operations(const std::uint32_t* labels, u
     std::uint64_t operation = kAdvance;
     if (palette_[palette_size_ - 1] == label) {
       operation = kLast;
-    } else if (const std::uint32_t entry = kDeltas ? index_.find(label) : PaletteIndex::kNone;
+    } else if (const std::uint32_t entry =
+                   kDeltas ? index_.find_or_add(label, palette_size_) : PaletteIndex::kNone;
                entry != PaletteIndex::kNone) {
       operation = kDelta;
       distances_[c] = palette_size_ - 1 - entry;
     } else {
       palette_[palette_size_++] = label;
-      if constexpr (kDeltas) index_.remember(label, palette_size_ - 1);
     }
     codes |= operation << (8 * c);
   }
   return codes;
 }
 
-/// Appends the symbols of a block; after each delta operation its distance, minus one, in base 8,
-/// highest digit first.
+/// Appends the symbols of a block; after each delta operation its distance, minus one, in base 8, highest digit first.
 void OperationStream::append_with_digits(std::uint64_t codes, unsigned valid) {
   for (unsigned c = 0; c < 8; ++c) {
     if ((valid >> c & 1) == 0) continue;
@@ -83,7 +82,7 @@ void OperationStream::encode_levels(const LabelGrid& grid, const Validity& valid
   end_ = symbols_.data();
   palette_[0] = grid.labels(0)[0];
   palette_size_ = 1;
-  if constexpr (kDeltas) index_.remember(palette_[0], 0);
+  if constexpr (kDeltas) index_.find_or_add(palette_[0], 0);
   const bool stop_root = kStops && grid.constant();
   *end_++ = static_cast<std::uint8_t>(kAdvance | (stop_root ? kStopBit : 0));
   level_start_[0] = 0;

@@ -1,10 +1,11 @@
-// The newest palette entry of each label of a brick: open addressing, emptied by a new generation
+// The palette entry of each label of a brick: open addressing, emptied by a new generation
 // for each brick.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "volumes/huge_pages.hpp"
 #include "volumes/label_hash.hpp"
 
 namespace cvr::codecs::csgv {
@@ -21,20 +22,19 @@ class PaletteIndex {
     }
     ++generation_;
   }
-  void remember(std::uint32_t label, std::uint32_t entry) {
+  /// The entry of a label; kNone where it has none, and then it gets this one.
+  std::uint32_t find_or_add(std::uint32_t label, std::uint32_t entry) {
     const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
     std::uint32_t at = hash(label) & mask;
-    while (slots_[at].generation == generation_ && slots_[at].label != label) at = (at + 1) & mask;
-    slots_[at] = {generation_, label, entry};
-  }
-  /// The entry, or kNone.
-  std::uint32_t find(std::uint32_t label) const {
-    const std::uint32_t mask = static_cast<std::uint32_t>(slots_.size()) - 1;
-    for (std::uint32_t at = hash(label) & mask; slots_[at].generation == generation_;
-         at = (at + 1) & mask) {
+    for (; slots_[at].generation == generation_; at = (at + 1) & mask) {
       if (slots_[at].label == label) return slots_[at].entry;
     }
+    slots_[at] = {generation_, label, entry};
     return kNone;
+  }
+  /// Asks for the memory that a label's look-up needs.
+  void prefetch(std::uint32_t label) const {
+    __builtin_prefetch(&slots_[hash(label) & (slots_.size() - 1)], 1);
   }
 
  private:
@@ -45,7 +45,7 @@ class PaletteIndex {
     return static_cast<std::uint32_t>(volumes::hash_of(label));
   }
 
-  std::vector<Slot> slots_;
+  std::vector<Slot, volumes::HugePages<Slot>> slots_;
   std::uint32_t generation_ = 0;
 };
 

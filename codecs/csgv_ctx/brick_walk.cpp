@@ -6,14 +6,20 @@ namespace cvr::codecs::csgv_ctx {
 
 using namespace csgv;
 
+namespace {
+
+constexpr std::size_t kMany = 4;   ///< palette entries of a block, where labels hardly repeat
+constexpr std::size_t kAhead = 8;  ///< blocks, of which such walks ask for the palette index
+
+}  // namespace
+
 unsigned BrickWalk::palette_operation(std::uint32_t label) {
   if (palette_.back() == label) return kLast;
   const auto in_use = static_cast<std::uint32_t>(palette_.size());
-  if (const std::uint32_t entry = index_.find(label); entry != PaletteIndex::kNone) {
+  if (const std::uint32_t entry = index_.find_or_add(label, in_use); entry != PaletteIndex::kNone) {
     references_.push_back({in_use - 1 - entry, in_use});
     return kDelta;
   }
-  index_.remember(label, in_use);
   palette_.push_back(label);
   return kAdvance;
 }
@@ -92,12 +98,19 @@ void BrickWalk::run(const LabelGrid& grid, const Validity& validity) {
   if (grid.constant()) return;
   events_.resize(nodes_before_level(grid.levels()));
   index_.begin(nodes_of_level(grid.levels() - 1));
-  index_.remember(palette_[0], 0);
+  index_.find_or_add(palette_[0], 0);
   active_.assign(1, 0);
   for (unsigned level = 0; level + 1 < grid.levels(); ++level) {
     const bool finest = level + 2 == grid.levels();
     next_.clear();
-    for (const std::uint32_t n : active_) {
+    std::size_t entries = 0;  // before the last block
+    for (std::size_t i = 0; i < active_.size(); ++i) {
+      const std::uint32_t n = active_[i];
+      if (palette_.size() - entries > kMany && i + kAhead < active_.size()) {
+        const std::uint32_t* later = grid.labels(level + 1) + 8 * active_[i + kAhead];
+        for (unsigned c = 0; c < 8; ++c) index_.prefetch(later[c]);
+      }
+      entries = palette_.size();
       const unsigned valid = validity.children(level, n);
       const unsigned constant = finest ? 0 : grid.constant_children(level, n) & valid;
       block(grid, validity, level, n, valid, constant);

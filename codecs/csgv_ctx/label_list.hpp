@@ -1,7 +1,7 @@
-// The labels of a volume, ascending, as gaps in Rice codes: [32: labels][5: k][for each: (gap - 1)
-// >> k in unary, the low k bits].
+// The labels of a volume, ascending, as gaps in Rice codes: [32: labels][5: k][for each: (gap - 1) >> k in unary, the low k bits].
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,15 +19,24 @@ inline void write_labels(std::span<const std::uint32_t> labels, BitWriter& out) 
       next = std::uint64_t{label} + 1;
     }
   };
-  unsigned best = 0;
-  std::uint64_t least = ~std::uint64_t{0};
-  for (unsigned k = 0; k < 32; ++k) {
+  const auto bits_of = [&](unsigned k) {
     std::uint64_t bits = 0;
     for_each_gap([&](std::uint64_t gap) { bits += (gap >> k) + 1 + k; });
-    if (bits < least) {
-      least = bits;
-      best = k;
-    }
+    return bits;
+  };
+  // Sums of gap >> k fall ever more slowly: the first minimum is near the mean gap's k, downhill.
+  unsigned best = static_cast<unsigned>(std::bit_width(labels.back() / labels.size()));
+  std::uint64_t least = bits_of(best);
+  const auto better = [&](unsigned k, std::uint64_t most) {
+    const std::uint64_t bits = bits_of(k);
+    if (bits > most) return false;
+    best = k;
+    least = bits;
+    return true;
+  };
+  while (best > 0 && better(best - 1, least)) {
+  }
+  while (best < 31 && better(best + 1, least - 1)) {
   }
   out.put(static_cast<std::uint32_t>(labels.size()), 32);
   out.put(best, 5);

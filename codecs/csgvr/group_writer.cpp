@@ -12,8 +12,7 @@ namespace {
 
 unsigned width(std::uint64_t most) { return static_cast<unsigned>(std::bit_width(most)); }
 
-/// Where runs begin: as it is, or, of many runs, as what it is off a line. The first begins at 0
-/// and has no sample.
+/// Where runs begin: as it is, or, of many runs, as what it is off a line. The first begins at 0 and has no sample.
 class Samples {
  public:
   Samples(const std::vector<std::uint32_t>& numbers, unsigned plain_bits)
@@ -49,25 +48,21 @@ class Samples {
 
 }  // namespace
 
-std::uint32_t KeptGroups::index_of(std::uint32_t label) {
-  const std::size_t known = indices_.entries().size();
-  const std::uint32_t index = indices_.note(label);
-  if (index == known) dictionary_.push_back(label);
-  return index;
-}
-
 void KeptGroups::add(const csgv::LabelGrid& grid) {
-  Brick brick{index_of(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
+  Brick brick{
+      indices_.note(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
   keys_.clear();
+  own_keys_.clear();
   finder_.run(
       grid, [&](bool finest, const BlockShape& shape, unsigned open, const std::uint32_t* labels) {
         keys_.push_back(shape_key(shape, finest));
         if (!finest) masks_.push_back(static_cast<std::uint8_t>(open));
         for (unsigned rest = shape.own() & ~shape.repeated(); rest != 0; rest &= rest - 1) {
-          own_labels_.push_back(index_of(labels[std::countr_zero(rest)]));
+          own_keys_.push_back(labels[std::countr_zero(rest)]);
         }
       });
   shapes_.note(keys_, blocks_);
+  indices_.note(own_keys_, own_labels_);
   brick.fine_block = brick.first_block + masks_.size() - brick.first_mask;
   brick.end_block = blocks_.size();
   bricks_.push_back(brick);
@@ -75,8 +70,10 @@ void KeptGroups::add(const csgv::LabelGrid& grid) {
 
 void KeptGroups::finish_group() {
   const Group before = groups_.empty() ? Group{} : groups_.back();
+  for (const KeyCounts::Entry& entry : indices_.entries())
+    dictionary_.push_back(static_cast<std::uint32_t>(entry.key));
   groups_.push_back({before.end_brick, bricks_.size(), before.end_entry, dictionary_.size()});
-  indices_ = {};
+  indices_.clear();
 }
 
 void KeptGroups::count_widest(PatternCounts& patterns) const {
@@ -119,8 +116,7 @@ void GroupWriter::write_masks(const Brick& brick) {
   }
 }
 
-/// Writes the codes of each run and then its labels, the last first; `label` moves to the next
-/// run's.
+/// Writes the codes of each run and then its labels, the last first; `label` moves to the next run's.
 void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& label) {
   for (std::size_t run = first; run < end; run += CVR_C_RUN) {
     const std::size_t first_label = label;
@@ -221,8 +217,7 @@ void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::
   append_group(words, bytes);
 }
 
-/// One word more than the bits need, since every read takes the word behind too; and 8 bytes from
-/// the last mask on.
+/// One word more than the bits need, since every read takes the word behind too; and 8 bytes from the last mask on.
 void GroupWriter::append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
   const std::size_t at = words.size();
   words.resize(at + std::max((group_.size() + 31) / 32 + 1, (masks_end_ + 56 + 31) / 32));

@@ -1,5 +1,4 @@
-// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout:
-// shaders/shared/csgvr_c.glsl.
+// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout: shaders/shared/csgvr_c.glsl.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +12,7 @@
 
 namespace cvr::codecs::csgvr {
 
-/// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace
-/// of packing and of writing.
+/// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace of packing and of writing.
 class KeptGroups final : public csgv::PackWorkspace {
  public:
   explicit KeptGroups(std::uint32_t b) : levels_(csgv::levels_of_brick(b)), finder_(b) {}
@@ -23,9 +21,8 @@ class KeptGroups final : public csgv::PackWorkspace {
   void add(const csgv::LabelGrid& grid);
   void finish_group();
 
-  // Which of its possible operations a shape is given: those that are frequent where every shape
-  // names the neighbours along the axes with most matches. All workers first count the ones, then
-  // the others, then encode what they have met.
+  // Which of its possible operations a shape is given: those that are frequent where every shape names the neighbours along
+  // the axes with most matches. All workers first count the ones, then the others, then encode what they have met.
   void count_widest(PatternCounts& patterns) const;
   void choose(const PatternCounts& widest, PatternCounts& chosen);
   void encode(const BlockCode& code);
@@ -43,11 +40,10 @@ class KeptGroups final : public csgv::PackWorkspace {
     std::size_t first_brick, end_brick, first_entry, end_entry;  ///< in bricks_, dictionary_
   };
 
-  std::uint32_t index_of(std::uint32_t label);
-
   unsigned levels_;
   BlockFinder finder_;
   std::vector<std::uint64_t> keys_;          ///< of a brick's blocks: shape_key()
+  std::vector<std::uint64_t> own_keys_;      ///< of a brick's blocks: labels of their own
   KeyCounts shapes_;                         ///< of all blocks
   std::vector<BlockOperations> operations_;  ///< of the shapes
   std::vector<CodedBlock> codes_;            ///< of the shapes
@@ -69,8 +65,7 @@ class GroupWriter final : public csgv::PackWorkspace {
 
  private:
   using Brick = KeptGroups::Brick;
-  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first,
-  /// and their bits together.
+  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first, and their bits together.
   struct Runs {
     std::vector<std::uint32_t> offsets;
     std::uint32_t bits;

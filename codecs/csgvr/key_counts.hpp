@@ -1,10 +1,11 @@
-// How often keys occur: numbers them in the order in which they are met. Open addressing, no
-// removal.
+// How often keys occur: numbers them in the order in which they are met. Open addressing, no removal.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "volumes/label_hash.hpp"
 
 namespace cvr::codecs::csgvr {
 
@@ -13,7 +14,7 @@ class KeyCounts {
   struct Entry {
     std::uint64_t key, count;
   };
-  KeyCounts() : slots_(1024) {}
+  KeyCounts() : slots_(kSlots) {}
 
   /// The number of a key, which has occurred `count` times more.
   std::uint32_t note(std::uint64_t key, std::uint64_t count = 1) {
@@ -30,11 +31,10 @@ class KeyCounts {
     if (2 * entries_.size() > slots_.size()) grow();
     return number - 1;
   }
-  /// Appends the numbers of keys that have each occurred once more. What they need of memory is
-  /// asked for ahead of time.
+  /// Appends the numbers of keys that have each occurred once more. What they need of memory is asked for ahead of time.
   void note(std::span<const std::uint64_t> keys, std::vector<std::uint32_t>& numbers) {
-    constexpr std::size_t kSlotAhead = 16;
-    constexpr std::size_t kEntryAhead = 8;
+    constexpr std::size_t kSlotAhead = 64;
+    constexpr std::size_t kEntryAhead = 16;
     for (std::size_t i = 0; i < keys.size(); ++i) {
       if (i + kSlotAhead < keys.size()) __builtin_prefetch(&slots_[slot(keys[i + kSlotAhead])]);
       if (i + kEntryAhead < keys.size()) {
@@ -52,14 +52,22 @@ class KeyCounts {
     return 0;
   }
   const std::vector<Entry>& entries() const { return entries_; }
+  /// Forgets all keys, and keeps the memory.
+  void clear() {
+    entries_.clear();
+    slots_.assign(kSlots, 0);
+  }
 
  private:
-  std::size_t slot(std::uint64_t key) const {
-    return (key * 0x9e3779b97f4a7c15u >> 32) & (slots_.size() - 1);
-  }
+  static constexpr std::size_t kSlots = 1024;  ///< of an empty table
+
+  std::size_t slot(std::uint64_t key) const { return volumes::hash_of(key) & (slots_.size() - 1); }
   void grow() {
     slots_.assign(4 * slots_.size(), 0);
+    constexpr std::size_t kAhead = 64;
     for (std::uint32_t i = 0; i < entries_.size(); ++i) {
+      if (i + kAhead < entries_.size())
+        __builtin_prefetch(&slots_[slot(entries_[i + kAhead].key)], 1);
       std::size_t at = slot(entries_[i].key);
       while (slots_[at] != 0) at = (at + 1) & (slots_.size() - 1);
       slots_[at] = i + 1;
