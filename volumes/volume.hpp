@@ -62,6 +62,8 @@ struct Extent {
   std::uint64_t voxels() const { return x * y * z; }
   bool contains(const Coordinate& c) const { return c.x < x && c.y < y && c.z < z; }
   std::uint64_t index(const Coordinate& c) const { return c.x + x * (c.y + y * c.z); }
+  /// The coordinate of an index < voxels().
+  Coordinate coordinate(std::uint64_t i) const { return {i % x, i / x % y, i / x / y}; }
 };
 
 /// ceil(a / b) on every axis.

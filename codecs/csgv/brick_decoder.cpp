@@ -78,7 +78,7 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
                        std::uint64_t plane, BrickWorkspace& workspace) const;
   Error malformed(std::uint64_t brick, BrickError what) const {
     const Extent& grid = layout_.grid;
-    const Coordinate at{brick % grid.x, brick / grid.x % grid.y, brick / (grid.x * grid.y)};
+    const Coordinate at = grid.coordinate(brick);
     const std::uint32_t word = layout_.starts[layout_.group_index(layout_.group_at(at))];
     return {ErrorCode::kMalformed, fmt::format("brick {} (word {}): {}", brick, word, what)};
   }
@@ -218,7 +218,7 @@ Expected<std::optional<std::uint64_t>> BrickDecoder::entropy_bytes(unsigned thre
   const Extent& grid = layout_.grid;
   parallel_for(threads, grid.voxels(), [&](unsigned w, std::uint64_t i) {
     if (!workspaces[w]) workspaces[w] = std::make_unique<BrickWorkspace>(layout_.brick);
-    const Coordinate brick{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)};
+    const Coordinate brick = grid.coordinate(i);
     const Validity validity(layout_.brick, layout_.brick_extent(brick));
     if (BrickError error =
             format_->tally(layout_.stored(brick), validity, *workspaces[w], tallies[w]))
@@ -274,8 +274,7 @@ Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const 
                               starts[i], starts[i + 1], words.size()));
     }
     const Extent& grid = layout.groups;
-    const Extent bricks =
-        layout.bricks_of_group({i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)});
+    const Extent bricks = layout.bricks_of_group(grid.coordinate(i));
     if (BrickError error = format->check(
             layout.group_words(i), static_cast<std::uint32_t>(bricks.voxels()), layout.levels)) {
       return fail(ErrorCode::kMalformed,

@@ -137,8 +137,7 @@ Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned
     for (std::uint32_t k = 0; k < head.dictionary_size; ++k)
       labels.push_back(cvr_c_label(group, head, k));
     distinct.add(0, std::span<const std::uint32_t>(labels));
-    const Coordinate at{i % layout.groups.x, i / layout.groups.x % layout.groups.y,
-                        i / (layout.groups.x * layout.groups.y)};
+    const Coordinate at = layout.groups.coordinate(i);
     const auto members = static_cast<std::uint32_t>(layout.bricks_of_group(at).voxels());
     for (std::uint32_t member = 0; member < members; ++member) {
       largest = std::max(largest, cvr_c_words(shaders::cvr_c_find(group, member, layout.levels)));

@@ -43,9 +43,7 @@ class LevelEncoder {
     for (std::uint64_t first = 0; first < grid.voxels(); first += kBatchChunks) {
       const std::uint64_t count = std::min(kBatchChunks, grid.voxels() - first);
       streams.assign(count, std::vector<std::uint32_t>());
-      const auto position = [&](std::uint64_t i) -> Coordinate {
-        return {i % grid.x, i / grid.x % grid.y, i / grid.x / grid.y};
-      };
+      const auto position = [&](std::uint64_t i) -> Coordinate { return grid.coordinate(i); };
       volumes::parallel_for(threads_, count, [&](unsigned worker, std::uint64_t i) {
         streams[i] = encode_chunk(position(first + i), boxes_[worker]);
       });

@@ -135,8 +135,7 @@ Expected<Payload> encode(const Scheme& scheme, const VolumeSource& source,
   std::vector<Trained> trained;  // of the places, where books are shared
   for (std::uint64_t i = 0; i < parts; ++i) {
     const std::uint64_t place = i % grid.voxels(), time = i / grid.voxels();
-    const Places places(step, info.time_steps, settings.edge,
-                        {place % grid.x, place / grid.x % grid.y, place / (grid.x * grid.y)});
+    const Places places(step, info.time_steps, settings.edge, grid.coordinate(place));
     const auto each = static_cast<double>(places.blocks().voxels());
     const auto steps = static_cast<double>(info.time_steps);
     options.seed = settings.options.seed * 1000003 + (shared ? place : i);

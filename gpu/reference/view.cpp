@@ -31,7 +31,7 @@ View::View(const LabelBricks& bricks, const Scene& scene, const Camera& camera, 
     const auto numbers = bricks.numbers_in(i);
     const bool visible = std::any_of(numbers.begin(), numbers.end(),
                                      [&](std::uint32_t n) { return materials_[n].a > 0; });
-    const volumes::Coordinate brick{i % grid.x, i / grid.x % grid.y, i / (grid.x * grid.y)};
+    const volumes::Coordinate brick = grid.coordinate(i);
     brick_levels_[i] =
         visible ? static_cast<std::uint8_t>(level_of_detail(brick)) : kInvisibleBrick;
   });

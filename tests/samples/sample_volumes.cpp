@@ -177,9 +177,7 @@ void add_scalars(std::vector<SampleVolume>& all) {
 void add_for_all_types(std::vector<SampleVolume>& all, const std::string& name,
                        const Extent& extent,
                        const std::function<double(const Coordinate&)>& value) {
-  const auto at = [extent, value](std::uint64_t i) {
-    return value({i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y)});
-  };
+  const auto at = [extent, value](std::uint64_t i) { return value(extent.coordinate(i)); };
   all.push_back(scalars<std::uint8_t>(name + "_u8", extent, VoxelType::kU8, [at](std::uint64_t i) {
     return static_cast<std::uint8_t>(std::lround(255 * at(i)));
   }));
@@ -249,7 +247,7 @@ Volume pyramid_step(const Volume& fine) {
   const Extent to = coarse.extent();
   const auto source = fine.voxels<T>();
   for (std::uint64_t i = 0; i < to.voxels(); ++i) {
-    const Coordinate at{i % to.x, i / to.x % to.y, i / (to.x * to.y)};
+    const Coordinate at = to.coordinate(i);
     std::vector<std::pair<T, unsigned>> votes;  // in the order of first appearance
     for (unsigned child = 0; child < 8; ++child) {
       const Coordinate c{2 * at.x + child % 2, 2 * at.y + child / 2 % 2, 2 * at.z + child / 4};
@@ -316,7 +314,7 @@ Volume make_labels(const VolumeInfo& info, const Label& label) {
     const auto voxels = volume.voxels<T>();
     const Extent& e = info.extent;
     for (std::uint64_t i = 0; i < voxels.size(); ++i) {
-      voxels[i] = static_cast<T>(label({i % e.x, i / e.x % e.y, i / (e.x * e.y)}));
+      voxels[i] = static_cast<T>(label(e.coordinate(i)));
     }
   });
   return volume;

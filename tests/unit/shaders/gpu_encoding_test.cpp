@@ -56,7 +56,7 @@ void expect_cells(const samples::DecodeText& text, const Volume& truth, unsigned
   std::uint64_t wrong = 0;
   for (std::uint64_t i = 0; i < e.voxels();
        i = i + stride < e.voxels() || i + 1 == e.voxels() ? i + stride : e.voxels() - 1) {
-    const Coordinate c{i % e.x, i / e.x % e.y, i / e.x / e.y};
+    const Coordinate c = e.coordinate(i);
     if (text.label(text.cell(c, lod)) != truth.label(c)) ++wrong;
   }
   EXPECT_EQ(wrong, 0u) << "cells of level " << lod;
@@ -67,7 +67,7 @@ void expect_bricks(const samples::DecodeText& text, const Volume& truth, unsigne
   const std::uint32_t side = brick >> lod;
   const Extent& grid = text.grid();
   for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
-    const Coordinate at{i % grid.x, i / grid.x % grid.y, i / grid.x / grid.y};
+    const Coordinate at = grid.coordinate(i);
     const std::vector<std::uint32_t> codes = text.brick(at, lod);
     std::uint64_t wrong = 0;
     for (std::uint32_t n = 0; n < codes.size(); ++n) {
@@ -86,7 +86,7 @@ void expect_visibility(const samples::DecodeText& text, const GpuEncoding& encod
                        const Volume& finest) {
   const Extent& grid = text.grid();
   for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
-    const Coordinate at{i % grid.x, i / grid.x % grid.y, i / grid.x / grid.y};
+    const Coordinate at = grid.coordinate(i);
     std::set<std::uint64_t> held;
     const std::uint32_t b = encoding.brick;
     for (std::uint64_t z = at.z * b; z < std::min(finest.extent().z, (at.z + 1) * b); ++z) {
@@ -111,8 +111,7 @@ void expect_codes(const samples::DecodeText& text, const GpuEncoding& encoding,
                   const Volume& finest) {
   std::set<std::uint64_t> labels;
   for (std::uint64_t i = 0; i < finest.extent().voxels(); ++i) {
-    labels.insert(finest.label({i % finest.extent().x, i / finest.extent().x % finest.extent().y,
-                                i / finest.extent().x / finest.extent().y}));
+    labels.insert(finest.label(finest.extent().coordinate(i)));
   }
   std::vector<std::uint64_t> coded;
   for (const std::uint32_t code : encoding.codes) coded.push_back(text.label(code));

@@ -72,7 +72,7 @@ TEST(CompressedSegmentation, RoundTripsAllTypesExtentsAndBlocks) {
             const auto sums = count_words(*words, extent, block);
             EXPECT_EQ(sums.headers + sums.values + sums.tables, words->size());
             for (std::uint64_t i = 0; i < extent.voxels(); i += 7) {
-              const Coordinate c{i % extent.x, i / extent.x % extent.y, i / extent.x / extent.y};
+              const Coordinate c = extent.coordinate(i);
               ASSERT_EQ(stream->label(c), volume.label(c));
             }
           });

@@ -236,7 +236,7 @@ Volume made(const Extent& extent, volumes::VoxelType type,
   info.type = type;
   Volume volume(info);
   for (std::uint64_t i = 0; i < extent.voxels(); ++i) {
-    const Coordinate c{i % extent.x, i / extent.x % extent.y, i / extent.x / extent.y};
+    const Coordinate c = extent.coordinate(i);
     const std::uint64_t value = label(c);
     std::memcpy(volume.data() + i * size_of(type), &value, size_of(type));
   }

@@ -143,7 +143,7 @@ TEST(Neuroglancer, LevelsVoxelsAndBricksAgreeWithThePyramid) {
         const std::uint64_t edge = bricks.brick_size().x >> lod;
         const Extent grid = bricks.brick_grid();
         for (std::uint64_t b = 0; b < grid.voxels(); ++b) {
-          const Coordinate brick{b % grid.x, b / grid.x % grid.y, b / grid.x / grid.y};
+          const Coordinate brick = grid.coordinate(b);
           const Coordinate origin{brick.x * edge, brick.y * edge, brick.z * edge};
           const Extent size{std::min(edge, truth.extent().x - origin.x),
                             std::min(edge, truth.extent().y - origin.y),

@@ -19,8 +19,7 @@ Volume make_scalars(const Extent& extent, VoxelType type,
                     const std::function<T(const Coordinate&)>& value) {
   Volume volume({.extent = extent, .type = type, .kind = VolumeKind::kScalars, .voxel_unit = {}});
   auto voxels = volume.voxels<T>();
-  for (std::uint64_t i = 0; i < voxels.size(); ++i)
-    voxels[i] = value({i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y)});
+  for (std::uint64_t i = 0; i < voxels.size(); ++i) voxels[i] = value(extent.coordinate(i));
   return volume;
 }
 
@@ -83,8 +82,7 @@ template <class T>
 void expect_single_voxels_agree(const Coded& coded) {
   const Extent& e = coded.decoded.extent();
   std::vector<Coordinate> points;
-  for (std::uint64_t i = 0; i < e.voxels(); ++i)
-    points.push_back({i % e.x, i / e.x % e.y, i / (e.x * e.y)});
+  for (std::uint64_t i = 0; i < e.voxels(); ++i) points.push_back(e.coordinate(i));
   std::vector<std::uint64_t> found(points.size());
   ASSERT_TRUE(coded.decoder->voxel_access()->at(points, 0, found));
   const auto voxels = coded.decoded.voxels<T>();

@@ -324,8 +324,7 @@ TEST(Series, GoToDevicesWhereTheirStepsAreCubes) {
       const shaders::TvqDomain domain{
           5, number("CVR_TVQ_ZERO"), number("CVR_TVQ_LOW"), number("CVR_TVQ_HIGH"), 0, 1, 1};
       for (std::uint64_t n = 0; n < e.voxels(); ++n) {
-        const Coordinate c{n % e.x, n / e.x % e.y, n / (e.x * e.y)},
-            at{c.x / edge, c.y / edge, c.z / edge};
+        const Coordinate c = e.coordinate(n), at{c.x / edge, c.y / edge, c.z / edge};
         const Coordinate inside{c.x - at.x * edge, c.y - at.y * edge, c.z - at.z * edge};
         const Extent part{std::min(edge, e.x - at.x * edge), std::min(edge, e.y - at.y * edge),
                           edge};

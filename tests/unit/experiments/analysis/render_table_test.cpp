@@ -6,7 +6,7 @@
 #include "experiments/analysis/metrics.hpp"
 #include "experiments/analysis/tables.hpp"
 #include "experiments/config/published.hpp"
-#include "experiments/run/frame_times.hpp"
+#include "experiments/stages/frame_times.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "tests/unit/experiments/stage.hpp"

@@ -176,7 +176,7 @@ TEST(Atlas, IsNearlySymmetricAboutTheMiddle) {
     const Extent& e = volume.extent();
     std::uint64_t brain = 0, same = 0;
     for (std::uint64_t i = 0; i < e.voxels(); ++i) {
-      const Coordinate c{i % e.x, i / e.x % e.y, i / (e.x * e.y)};
+      const Coordinate c = e.coordinate(i);
       if (volume.label(c) == 0) continue;
       ++brain;
       same += volume.label(c) == volume.label({e.x - 1 - c.x, c.y, c.z}) ? 1 : 0;
@@ -192,8 +192,7 @@ std::vector<std::uint64_t> worst(double pattern, double bits = 32) {
                                  {{"pattern", pattern}, {"bits", bits}, {"density", 0.2}});
   std::vector<std::uint64_t> labels;
   const Extent& e = volume.extent();
-  for (std::uint64_t i = 0; i < e.voxels(); ++i)
-    labels.push_back(volume.label({i % e.x, i / e.x % e.y, i / (e.x * e.y)}));
+  for (std::uint64_t i = 0; i < e.voxels(); ++i) labels.push_back(volume.label(e.coordinate(i)));
   return labels;
 }
 

@@ -33,8 +33,7 @@ void expect_volume(const std::string& name, const nlohmann::json& expected) {
   long double sum = 0;
   std::uint64_t nonzero = 0;
   for (std::uint64_t i = 0; i < info.extent.voxels(); ++i) {
-    const Coordinate at{i % info.extent.x, i / info.extent.x % info.extent.y,
-                        i / (info.extent.x * info.extent.y)};
+    const Coordinate at = info.extent.coordinate(i);
     sum += info.type == VoxelType::kF32 ? value(at) : static_cast<long double>(volume.label(at));
     nonzero += value(at) != 0;
   }

@@ -34,7 +34,7 @@ TEST_F(Precomputed, RoundTripWidensSmallLabels) {
       }
       Volume widened({.extent = extent, .type = c.stored, .voxel_unit = {}});
       for (std::uint64_t i = 0; i < extent.voxels(); ++i) {
-        const Coordinate at{i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y)};
+        const Coordinate at = extent.coordinate(i);
         widened.voxels<std::uint32_t>()[i] = static_cast<std::uint32_t>(volume.label(at));
       }
       expect_boxes(*source, widened);
