@@ -125,7 +125,6 @@ TEST(ErrorSink, ConstantVolumesHaveNoEdges) {
   feed(sink, decoded, 6);
   EXPECT_EQ(sink.edge_voxels(), 0u);
   EXPECT_FALSE(sink.edge_mean_squared_error());
-  EXPECT_TRUE(describe_errors(sink)["edge_mean_squared_error"].is_null());
   EXPECT_TRUE(sink.psnr());  // the peak of u8 is 255 whatever the range
 }
 
