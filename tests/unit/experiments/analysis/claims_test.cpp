@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "experiments/analysis/load_config.hpp"
+#include "experiments/analysis/table_formats.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "volumes/error.hpp"
 
