@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import io
 import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
@@ -19,6 +22,7 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure as Drawing  # noqa: E402
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator  # noqa: E402
 
+from codec_list import Codec  # noqa: E402
 from estimates import Estimate, spell  # noqa: E402
 from rows import Row  # noqa: E402
 
@@ -33,19 +37,11 @@ GOOD_AS_EXACT_DB = 100.0  # of a picture: differences are rounding alone
 BLUE, ORANGE, GREEN, PURPLE, RED, GREY, TEAL, PINK = (
     "#2f7fc1", "#b87400", "#17936c", "#8f6bd1", "#d1562f", "#808080", "#12899b", "#c2609b")
 
-# Colour and marker of what the harness knows today; anything else gets one of what is left, by its name.
-CODECS = {
-    "memcpy": (GREY, "1"), "raw": (GREY, "s"), "zstd": (GREY, "^"), "lzma": (GREY, "v"), "hdf5-gzip": (GREY, "D"),
-    "neuroglancer": (ORANGE, "o"), "compresso": (PINK, "^"), "compresso-lzma": (PINK, "v"),
-    "csgv-nibble": (BLUE, "s"), "csgv-rans": (BLUE, "D"), "csgvr-nibble": (GREEN, "s"), "csgvr": (GREEN, "o"), "csgvr-sb": (GREEN, "^"),
-    "vq": (PURPLE, "s"), "hvq": (RED, "D"), "tvq": (TEAL, "o"), "zfp": (ORANGE, "^"), "astc": (BLUE, "v"), "bc4": (PINK, "P"),
-}
-CACHE_MARKERS = {"none": "o", "voxel": "s", "voxel-es": "D", "brick": "^", "brick-coop": "v", "brick-coop-shared": "P", "slices": "X"}
+COLOURS = (GREY, ORANGE, PINK, BLUE, GREEN, PURPLE, RED, TEAL)
+MARKERS = ("s", "^", "v", "D", "o", "P", "X", "<", ">", "h")
 # How markers of a colour are filled, where the marker is the access mode's.
-FILLS = ("full", "none", "left")
-CODEC_FILLS = {"csgvr": "none", "csgvr-nibble": "left", "csgv-nibble": "none", "zstd": "none", "lzma": "left", "hdf5-gzip": "none", "compresso": "none"}
-SPARE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, TEAL, PINK)
-SPARE_MARKERS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "h")
+FILLS = ("full", "none", "left", "top", "right", "bottom")
+CACHE_MARKERS = {"none": "o", "voxel": "s", "voxel-es": "D", "brick": "^", "brick-coop": "v", "brick-coop-shared": "P", "slices": "X"}
 LINES = ("-", "--", ":", "-.")
 
 SETTINGS = {
@@ -59,18 +55,69 @@ SETTINGS = {
 matplotlib.rcParams.update(SETTINGS)
 
 
-def spare(name: str, choices: tuple[str, ...]) -> str:
-    """A choice that depends on the name alone."""
-    return choices[sum(name.encode()) % len(choices)]
+@dataclass(frozen=True)
+class Look:
+    """`fill` takes the marker's place where the marker is the access mode's."""
+
+    colour: str
+    marker: str
+    fill: str
+
+
+class Palette:
+    """What each codec looks like, by its place in a list: a family has a colour of its own while there is one, then the one that the fewest codecs have;
+    what shares a colour differs by marker and fill. Two codecs have two looks, up to as many as there are colours and markers."""
+
+    def __init__(self, codecs: Iterable[Codec] = ()) -> None:
+        self.looks: dict[str, Look] = {}
+        self.colours: dict[str, str] = {}
+        self.used = Counter({colour: 0 for colour in COLOURS})
+        for codec in codecs:
+            self.add(codec)
+
+    def add(self, codec: Codec) -> None:
+        if codec.id in self.looks:
+            return
+        colour = self.colours.get(codec.family)
+        if colour is None or self.used[colour] >= len(FILLS):
+            colour = self.colours[codec.family] = min(COLOURS, key=lambda one: self.used[one])
+        at = self.used[colour]
+        self.used[colour] += 1
+        self.looks[codec.id] = Look(colour, MARKERS[at % len(MARKERS)], FILLS[at % len(FILLS)])
+
+    def of(self, codec: str) -> Look:
+        self.add(Codec(codec, codec))
+        return self.looks[codec]
+
+    def order(self, codec: str) -> int:
+        self.of(codec)
+        return list(self.looks).index(codec)
+
+
+palette = Palette()
+
+
+def use_codecs(listed: Iterable[Codec], others: Iterable[str]) -> None:
+    """Looks for the codecs of a list, then for others by their names."""
+    global palette
+    palette = Palette([*listed, *(Codec(name, name) for name in sorted(set(others)))])
 
 
 def codec_colour(codec: str) -> str:
-    return CODECS[codec][0] if codec in CODECS else spare(codec, SPARE_COLOURS)
+    return palette.of(codec).colour
 
 
-def codec_order(codec: str) -> tuple[int, str]:
-    """Codecs as they are listed above, then the others by name."""
-    return (list(CODECS).index(codec) if codec in CODECS else len(CODECS), codec)
+def codec_marker(codec: str) -> str:
+    return palette.of(codec).marker
+
+
+def codec_fill(codec: str) -> str:
+    return palette.of(codec).fill
+
+
+def codec_order(codec: str) -> int:
+    """The place in the list, behind it that by name."""
+    return palette.order(codec)
 
 
 def row_order(row: Row) -> tuple:
@@ -85,16 +132,9 @@ def leading_numbers(text: str) -> tuple[float, ...]:
     return tuple(float(part) for part in re.findall(r"\d+(?:\.\d+)?", text))
 
 
-def codec_marker(codec: str) -> str:
-    return CODECS[codec][1] if codec in CODECS else spare(codec, SPARE_MARKERS)
-
-
-def codec_fill(codec: str) -> str:
-    return CODEC_FILLS.get(codec, "full")
-
-
 def cache_marker(cache: str) -> str:
-    return CACHE_MARKERS.get(cache) or spare(cache, SPARE_MARKERS)
+    """Of a mode that has none of its own one that depends on its name alone."""
+    return CACHE_MARKERS.get(cache) or MARKERS[sum(cache.encode()) % len(MARKERS)]
 
 
 def new_panel(height: float = HEIGHT_INCHES, stacked: int = 1) -> tuple[Drawing, list[Axes]]:

@@ -26,6 +26,7 @@ except ImportError as error:
     print(f"report.py: cannot import {error.name}: install the Debian packages python3-matplotlib and python3-jinja2", file=sys.stderr)
     sys.exit(3)
 
+import codec_list
 import history
 import look
 import pictures
@@ -113,7 +114,7 @@ def in_order(rows: list[Row]) -> list[Row]:
 
 
 def build_page(results: Results, folders: Sequence[Path], title: str, figures: Path | None, steps: list[dict[str, Any]], history_note: str) -> str:
-    """The whole page."""
+    """The whole page; codecs look as `look.use_codecs` was told."""
     machines = [(machine, provenance.machine_title(rows, machine), rows) for machine in results.machines if (rows := in_order(results.of(machine)))]
     claims = [claim for folder in folders for claim in read_claims(folder)]
     parts = [machine_part(machine, name, rows, [claim for claim in claims if home(claim, machines) == machine], steps) for machine, name, rows in machines]
@@ -148,7 +149,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("-o", "--output", type=Path, required=True, help="the page")
     parser.add_argument("--figures", type=Path, help="folder for each panel as PDF and SVG")
     parser.add_argument("--title", default="Compressed volumes: size, speed and error", help="heading of the page")
-    parser.add_argument("--program", default="", help="cvrbench, asked for the history")
+    parser.add_argument("--program", default="", help="cvrbench, asked for the history, and for its codecs where no folder lists them")
     parser.add_argument("--store", type=Path, help="folder of the history")
     return parser.parse_args(arguments)
 
@@ -166,6 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             choices.figures.mkdir(parents=True, exist_ok=True)
         steps, history_note = ask_history(choices.program, choices.store)
         results = load(folders)
+        look.use_codecs(codec_list.listed(folders, choices.program), (row.codec for row in results.rows))
         page = build_page(results, folders, choices.title, choices.figures, steps, history_note)
         write_whole(choices.output, page)
     except OSError as error:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import re
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import estimates as e
 from estimates import Estimate, spell
@@ -42,41 +42,37 @@ class Table:
         return bool(filled) and 2 * sum(cell.numeric for cell in filled) > len(filled)
 
 
-def leading_number(text: str) -> float | None:
-    """The number that a cell begins with: "0.853 (2.1)" is ordered by 0.853."""
-    found = re.match(r"-?\d[\d,]*\.?\d*(?:[eE][-+]?\d+)?(?=$|[\s;/%(])", text)
-    return finite(float(found.group(0).replace(",", ""))) if found else None
+def texts(value: Any) -> list[str]:
+    """The texts of a list of texts. Raises TypeError for anything else."""
+    if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+        raise TypeError(f"expected a list of texts, found {type(value).__name__}")
+    return value
 
 
-def plain(markdown: str) -> str:
-    """Markdown as the harness writes it, without its marks."""
-    return re.sub(r"\\([!-/:-@\[-`{-~])|\*\*|`", lambda mark: mark.group(1) or "", markdown)
+def read_line(cells: list[dict[str, Any]], width: int, labels: int) -> list[Cell]:
+    if len(cells) != width:
+        raise ValueError(f"expected lines of {width} cells, found one of {len(cells)}")
+    return [Cell(cell["text"], finite(cell.get("number")) if at >= labels else None) for at, cell in enumerate(cells)]
 
 
-def read_table(csv_path: Path) -> Table | None:
-    """A table of DIR/tables: cells of the .csv, title and notes of the .md beside it. None for a file without lines."""
-    with csv_path.open(encoding="utf-8", errors="replace", newline="") as file:
-        lines = [line for line in csv.reader(file) if line]
-    if len(lines) < 2:
-        return None
-    headings, body = lines[0], lines[1:]
-    width = len(headings)
-    markdown = csv_path.with_suffix(".md")
-    text = markdown.read_text(encoding="utf-8", errors="replace") if markdown.is_file() else ""
-    title = re.search(r"^#+ (.*)$", text, re.M)
-    alignment = re.search(r"^\|[-:| ]+\|$", text, re.M)
-    labels = 1
-    if alignment:
-        marks = alignment.group(0).strip("|").split("|")
-        labels = max(1, next((i for i, mark in enumerate(marks) if mark.strip().endswith(":")), len(marks)))
-    notes = [plain(note) for note in re.findall(r"^- (.*)$", text, re.M)]
-    cells = [[Cell(text, leading_number(text) if column >= labels else None) for column, text in enumerate((line + [""] * width)[:width])] for line in body]
-    return Table(plain(title.group(1)) if title else csv_path.stem, headings, cells, min(labels, width), notes, str(csv_path))
+def read_table(path: Path) -> Table | None:
+    """A table of DIR/tables (results/schema/table.schema.json), or one that says why it cannot be read. None for a table without lines."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8", errors="replace"))
+        headings = texts([column["heading"] for column in data["columns"]])
+        labels = int(data["labels"])
+        lines = [read_line(line["cells"], len(headings), labels) for line in data["lines"]]
+        texts([cell.text for line in lines for cell in line])
+        table = Table(data["title"], headings, lines, max(1, labels), texts(data["notes"]), str(path))
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        reason = f"no table: {type(error).__name__}: {error}"
+        return Table(path.stem, ["table", "why it is not shown"], [[Cell(path.stem), Cell(reason)]], 2, [], str(path))
+    return table if table.lines else None
 
 
 def config_tables(folder: Path) -> list[Table]:
     """Tables of a results folder, by name."""
-    found = (read_table(path) for path in sorted((folder / "tables").glob("*.csv")))
+    found = (read_table(path) for path in sorted((folder / "tables").glob("*.json")))
     return [table for table in found if table is not None]
 
 

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 
-#include "experiments/analysis/escaping.hpp"
 #include "experiments/analysis/rate_distortion.hpp"
 #include "experiments/analysis/render_metrics.hpp"
 #include "experiments/analysis/table_lines.hpp"
@@ -318,33 +317,37 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
 }
 
 Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdicts) {
-  Table table{"claims",
-              "Claims" + (config.title.empty() ? "" : ": " + config.title),
-              {"claim", "verdict", "figures"},
-              3,
-              {},
-              {}};
+  Table table;
+  table.name = "claims";
+  table.title = "Claims" + (config.title.empty() ? "" : ": " + config.title);
+  for (const char* column : {"claim", "verdict", "figures"}) table.add_label(column);
   for (const ClaimVerdict& verdict : verdicts) {
     const ClaimSpec& claim = *verdict.claim;
-    table.lines.push_back({claim.name, std::string(name_of(verdict.verdict)),
-                           verdict.groups.size() == 1
-                               ? verdict.groups.front().reason
-                               : counts_text(verdict) + range_text(verdict)});
+    table.add_line({claim.name, std::string(name_of(verdict.verdict)),
+                    verdict.groups.size() == 1 ? verdict.groups.front().reason
+                                               : counts_text(verdict) + range_text(verdict)});
     table.notes.push_back(
-        fmt::format("**{}**: \"{}\" ({}). Checked: {}, {}{}.", escape_markdown(claim.name, false),
-                    escape_markdown(claim.says, false), escape_markdown(claim.source, false),
-                    claim.metric, claim.describe_bounds(), quorum_text(claim.quorum)));
+        Note()
+            .term(claim.name)
+            .own(": \"")
+            .given(claim.says)
+            .own("\" (")
+            .given(claim.source)
+            .own(fmt::format("). Checked: {}, {}{}.", claim.metric, claim.describe_bounds(),
+                             quorum_text(claim.quorum))));
   }
   return table;
 }
 
 Table groups_table(const std::vector<ClaimVerdict>& verdicts) {
-  Table table{
-      "groups", "Each group of these claims", {"claim", "group", "verdict", "figures"}, 4, {}, {}};
+  Table table;
+  table.name = "groups";
+  table.title = "Each group of these claims";
+  for (const char* column : {"claim", "group", "verdict", "figures"}) table.add_label(column);
   for (const ClaimVerdict& verdict : verdicts) {
     for (const GroupVerdict& group : verdict.groups) {
-      table.lines.push_back({verdict.claim->name, fmt::format("{}", fmt::join(group.labels, " ")),
-                             std::string(name_of(group.verdict)), group.reason});
+      table.add_line({verdict.claim->name, fmt::format("{}", fmt::join(group.labels, " ")),
+                      std::string(name_of(group.verdict)), group.reason});
     }
   }
   return table;

@@ -17,8 +17,9 @@
 #include <vector>
 
 #include "experiments/analysis/reading.hpp"
-#include "experiments/analysis/tables.hpp"
+#include "experiments/analysis/table.hpp"
 #include "experiments/config/config.hpp"
+#include "experiments/results/rows.hpp"
 #include "volumes/enum_names.hpp"
 
 namespace cvr::experiments {

@@ -27,6 +27,10 @@ void add_inspection_commands(CLI::App& app, int& exit_code);  // inspect, at, er
 void add_render_command(CLI::App& app, int& exit_code);       // render
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code);  // report
 
+/// The object of each codec in the order of the registry, as 'list codecs --json' prints them; a run
+/// leaves them in its folder as codecs.json.
+Row describe_codecs();
+
 /// "X,Y,Z" with positive integers. Throws InputError.
 volumes::Extent parse_extent(const std::string& text);
 
@@ -38,7 +42,9 @@ std::pair<const codecs::Codec*, codecs::Parameters> parse_codec(
 volumes::Buffer read_file(const std::string& path);
 /// Writes under a temporary name and renames. Throws OutputError.
 void write_file(const std::string& path, std::span<const std::byte> bytes);
-/// One JSON value and a line end on standard output.
+/// One JSON value, indented, and a line end.
+std::string json_text(const Row& value);
+/// The same on standard output.
 void print_json(const Row& object);
 
 /// One line on standard error that says why a command that measures or judges has nothing to show.

@@ -68,9 +68,11 @@ void write_file(const std::string& path, std::span<const std::byte> bytes) {
   file.commit();
 }
 
-void print_json(const Row& object) {
-  fmt::print("{}\n", object.dump(2, ' ', false, Row::error_handler_t::replace));
+std::string json_text(const Row& value) {
+  return value.dump(2, ' ', false, Row::error_handler_t::replace) + "\n";
 }
+
+void print_json(const Row& object) { fmt::print("{}", json_text(object)); }
 
 int end_with_nothing(int exit_code, const std::string& why) {
   fmt::print(stderr, "cvrbench: {}\n", volumes::printable(why));

@@ -47,9 +47,7 @@ Row describe_codec(const codecs::Codec& codec) {
 }
 
 void list_codecs(bool json) {
-  Row all = Row::array();
-  for (const codecs::Codec* codec : codecs::all_codecs()) all.push_back(describe_codec(*codec));
-  if (json) return print_json(all);
+  if (json) return print_json(describe_codecs());
   for (const codecs::Codec* codec : codecs::all_codecs()) {
     const codecs::Traits& t = codec->traits();
     fmt::print("{:<15} {}; {}, version {}, access by {}{}\n", t.id, t.summary,
@@ -180,6 +178,12 @@ struct ListOptions {
 };
 
 }  // namespace
+
+Row describe_codecs() {
+  Row all = Row::array();
+  for (const codecs::Codec* codec : codecs::all_codecs()) all.push_back(describe_codec(*codec));
+  return all;
+}
 
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code) {
   auto* command = app.add_subcommand("list",

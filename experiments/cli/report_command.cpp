@@ -1,6 +1,7 @@
 // report: one HTML page of results folders, made by plots/report.py
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
@@ -10,7 +11,7 @@
 
 #include "experiments/cli/commands.hpp"
 #include "experiments/cli/interruption.hpp"
-#include "experiments/results/build_info.hpp"
+#include "experiments/config/project_folders.hpp"
 #include "experiments/run/worker_process.hpp"
 #include "experiments/tracking/history.hpp"
 #include "volumes/io/file.hpp"
@@ -64,17 +65,16 @@ int run_program(const std::vector<std::string>& words, bool quiet, InterruptWatc
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-/// plots/report.py beside the installed program, or in the source tree. Throws EnvironmentError.
-std::string find_script(const fs::path& program) {
-  const std::vector<fs::path> places{
-      program.parent_path().parent_path() / "share" / "cvrbench" / "plots" / "report.py",
-      fs::path(build_info::kSourceFolder) / "plots" / "report.py"};
+/// plots/report.py of the running program. Throws EnvironmentError.
+std::string find_script() {
+  std::vector<std::string> places;
   std::error_code error;
-  for (const fs::path& place : places) {
-    if (fs::is_regular_file(place, error)) return place.string();
+  for (const fs::path& folder : program_folders()) {
+    places.push_back((folder / "plots" / "report.py").string());
+    if (fs::is_regular_file(places.back(), error)) return places.back();
   }
-  throw EnvironmentError(fmt::format("expected the report's program as {} or {}, found neither",
-                                     places[0].string(), places[1].string()));
+  throw EnvironmentError(fmt::format("expected the report's program as {}, found none of them",
+                                     fmt::join(places, " or ")));
 }
 
 /// A Python that has what the report needs: the first of the path, or Debian's. Throws
@@ -96,7 +96,7 @@ std::string find_python(InterruptWatch& watch) {
 std::vector<std::string> inputs_of(const ReportChoices& c) {
   std::vector<std::string> inputs;
   for (const fs::path folder : c.results) {
-    for (const char* name : {"rows.jsonl", "tables", "claims", "pictures"})
+    for (const char* name : {"rows.jsonl", "codecs.json", "tables", "claims", "pictures"})
       inputs.push_back((folder / name).string());
   }
   return inputs;
@@ -113,13 +113,8 @@ int report(const ReportChoices& c, const Environment& environment) {
   volumes::refuse_to_replace({c.output}, inputs_of(c));
   volumes::check_output(c.output);
   const std::string program = fs::read_symlink(environment.program, error).string();
-  std::vector<std::string> words{"",
-                                 "-B",
-                                 find_script(program),
-                                 "-o",
-                                 c.output,
-                                 "--program",
-                                 error ? environment.program : program};
+  std::vector<std::string> words{
+      "", "-B", find_script(), "-o", c.output, "--program", error ? environment.program : program};
   for (const std::string& folder : c.results) words.insert(words.end(), {"--results", folder});
   if (!c.figures.empty()) words.insert(words.end(), {"--figures", c.figures});
   if (!c.title.empty()) words.insert(words.end(), {"--title", c.title});

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "experiments/analysis/claims.hpp"
+#include "experiments/analysis/table_formats.hpp"
 #include "experiments/analysis/tables.hpp"
 #include "experiments/cli/arguments.hpp"
 #include "experiments/cli/commands.hpp"
@@ -31,18 +32,17 @@ void write_text(const fs::path& path, const std::string& text) {
   write_file(path.string(), std::as_bytes(std::span(text.data(), text.size())));
 }
 
-void print_tables(const Config& config, const std::string& out, std::set<std::string>& names) {
-  const auto rows = load_rows((fs::path(out) / "rows.jsonl").string());
+void print_tables(const Config& config, const std::vector<Row>& rows, const std::string& out,
+                  std::set<std::string>& names) {
   const fs::path folder = fs::path(out) / "tables";
   fs::create_directories(folder);
   for (const TableSpec& spec : config.tables) {
-    const Table table = make_table(spec, config, rows);
+    Table table = make_table(spec, config, rows);
+    if (!names.insert(table.name).second)
+      table.name = fs::path(config.path).stem().string() + "-" + table.name;
     fmt::print("{}\n", render(table, TableFormat::kMarkdown));
-    std::string name = spec.name;
-    if (!names.insert(name).second) name = fs::path(config.path).stem().string() + "-" + name;
-    write_text(folder / (name + ".md"), render(table, TableFormat::kMarkdown));
-    write_text(folder / (name + ".csv"), render(table, TableFormat::kCsv));
-    write_text(folder / (name + ".tex"), render(table, TableFormat::kLatex));
+    for (const TableFormatTraits& traits : table_formats())
+      write_text(folder / (table.name + std::string(traits.ending)), render(table, traits.format));
   }
 }
 
@@ -58,9 +58,10 @@ std::string claims_text(const Config& config, const std::vector<ClaimVerdict>& v
          render(groups_table(verdicts), TableFormat::kMarkdown);
 }
 
-void print_claims(const Config& config, const std::string& out, std::set<std::string>& names) {
+void print_claims(const Config& config, const std::vector<Row>& rows, const std::string& out,
+                  std::set<std::string>& names) {
   if (config.claims.empty()) return;
-  const auto verdicts = judge_claims(config, load_rows((fs::path(out) / "rows.jsonl").string()));
+  const auto verdicts = judge_claims(config, rows);
   fmt::print("{}\n", render(claims_table(config, verdicts), TableFormat::kMarkdown));
   const fs::path folder = fs::path(out) / "claims";
   fs::create_directories(folder);
@@ -72,8 +73,8 @@ void print_claims(const Config& config, const std::string& out, std::set<std::st
 
 /// Rows that are ok are kept as they are, also where they have more rounds than the configuration
 /// allows now.
-void note_longer_rows(const std::vector<Config>& configs, const std::string& rows_path) {
-  const auto latest = latest_by(load_rows(rows_path), "key");
+void note_longer_rows(const std::vector<Config>& configs, const std::vector<Row>& rows) {
+  const auto latest = latest_by(rows, "key");
   for (const Config& config : configs) {
     std::size_t longer = 0;
     for (const Cell& cell : config.cells) {
@@ -91,6 +92,61 @@ void note_longer_rows(const std::vector<Config>& configs, const std::string& row
   }
 }
 
+/// Refuses a folder that has rows unless the choices say what becomes of them. Throws InputError.
+void check_for_rows(const Choices& choices, const std::string& rows_path) {
+  std::error_code error;
+  if (choices.resume || choices.force || !fs::exists(rows_path, error) ||
+      fs::file_size(rows_path, error) == 0)
+    return;
+  throw volumes::InputError(
+      fmt::format("{}: expected no rows yet; --resume goes on with what is not done, --force "
+                  "measures all again, "
+                  "--out DIR writes elsewhere",
+                  rows_path));
+}
+
+/// Says what of the rows before is kept though it need not be; how many of them are ignored.
+std::size_t look_at_rows(const std::vector<Config>& configs, const Choices& choices,
+                         const std::string& rows_path) {
+  if (!choices.resume && !choices.force) return 0;
+  const auto rows = load_rows(rows_path);
+  if (choices.resume) note_longer_rows(configs, rows);
+  return choices.force ? rows.size() : 0;
+}
+
+/// Measures one configuration after the other into a folder.
+RunSummary measure_all(const std::vector<Config>& configs, const Choices& choices,
+                       const Contender& contender, const std::string& rows_path,
+                       std::size_t rows_before) {
+  RunSummary all;
+  for (const Config& config : configs) {
+    const RunSummary summary =
+        measure(config, choices, {contender}, choices.force && &config == &configs.front(),
+                fmt::format("{} keeps what is done, --resume goes on", rows_path), rows_before);
+    for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
+    all.skipped += summary.skipped;
+    all.environment_failures += summary.environment_failures;
+    if (!summary.last_reason.empty()) all.last_reason = summary.last_reason;
+  }
+  end_progress();
+  return all;
+}
+
+/// Writes and prints the tables and claims of all configurations from the rows of the folder.
+void print_results(const std::vector<Config>& configs, const Choices& choices,
+                   const std::string& out) {
+  const auto rows = load_rows((fs::path(out) / "rows.jsonl").string());
+  const Filter filter = parse_filter(choices.only);
+  std::set<std::string> names, claim_names;
+  for (const Config& config : configs) {
+    Config kept = config;
+    std::erase_if(kept.cells, [&](const Cell& cell) { return !filter.keeps(cell); });
+    print_tables(kept, rows, out, names);
+    print_claims(config, rows, out, claim_names);
+  }
+  write_text(fs::path(out) / "codecs.json", json_text(describe_codecs()));
+}
+
 int run(const Choices& choices, const Environment& environment) {
   if (choices.resume && choices.force)
     throw volumes::InputError("expected --resume or --force, found both");
@@ -99,37 +155,11 @@ int run(const Choices& choices, const Environment& environment) {
   const std::string out = default_out(choices);
   const std::string rows_path = (fs::path(out) / "rows.jsonl").string();
   const auto lock = RunLock::take(out);  // until the tables of all configurations are written
-  const std::size_t rows_before = choices.force ? load_rows(rows_path).size() : 0;
-  std::error_code error;
-  if (!choices.resume && !choices.force && fs::exists(rows_path, error) &&
-      fs::file_size(rows_path, error) > 0) {
-    throw volumes::InputError(
-        fmt::format("{}: expected no rows yet; --resume goes on with what is not done, --force "
-                    "measures all again, "
-                    "--out DIR writes elsewhere",
-                    rows_path));
-  }
-  if (choices.resume) note_longer_rows(configs, rows_path);
-  RunSummary all;
-  for (const Config& config : configs) {
-    const RunSummary summary = measure(
-        config, choices, {{environment.program, out}}, choices.force && &config == &configs.front(),
-        fmt::format("{} keeps what is done, --resume goes on", rows_path), rows_before);
-    for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
-    all.skipped += summary.skipped;
-    all.environment_failures += summary.environment_failures;
-    if (!summary.last_reason.empty()) all.last_reason = summary.last_reason;
-  }
-  end_progress();
+  check_for_rows(choices, rows_path);
+  const RunSummary all = measure_all(configs, choices, {environment.program, out}, rows_path,
+                                     look_at_rows(configs, choices, rows_path));
   const InterruptWatch watch;
-  const Filter filter = parse_filter(choices.only);
-  std::set<std::string> names, claim_names;
-  for (const Config& config : configs) {
-    Config kept = config;
-    std::erase_if(kept.cells, [&](const Cell& cell) { return !filter.keeps(cell); });
-    print_tables(kept, out, names);
-    print_claims(config, out, claim_names);
-  }
+  print_results(configs, choices, out);
   std::string counts = all.skipped > 0 ? fmt::format("{} done before", all.skipped) : "";
   for (const auto& [status, count] : all.by_status)
     counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, status);
@@ -138,44 +168,59 @@ int run(const Choices& choices, const Environment& environment) {
   return exit_code_of(all, rows_path);
 }
 
+/// What a plan says of one configuration in the end.
+struct PlanTotals {
+  std::map<Decision, std::size_t> counts;
+  double seconds = 0;
+  std::uint64_t memory = 0;
+  bool modelled = false;
+
+  void add(const PlannedCell& planned) {
+    ++counts[planned.decision];
+    if (planned.decision != Decision::kRun) return;
+    seconds += planned.expected_seconds;
+    memory = std::max(memory, planned.expected_memory);
+    modelled = modelled || !planned.expected_from_rows;
+  }
+};
+
+double mebibytes(std::uint64_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
+
+void print_planned(const PlannedCell& planned) {
+  fmt::print("{:<12} {}  {}", name_of(planned.decision), planned.id, planned.cell.describe());
+  if (!planned.reason.empty()) fmt::print("  ({})", volumes::printable(planned.reason));
+  if (planned.decision == Decision::kRun) {
+    fmt::print("  {} {:.1f} s, {:.0f} MiB", planned.expected_from_rows ? "as before" : "about",
+               planned.expected_seconds, mebibytes(planned.expected_memory));
+  }
+  fmt::print("\n");
+}
+
 int plan(const Choices& choices) {
+  const auto rows = load_rows((fs::path(default_out(choices)) / "rows.jsonl").string());
   for (const std::string& path : choices.configs) {
     const Config config = load(choices, path);
-    const auto rows = load_rows((fs::path(default_out(choices)) / "rows.jsonl").string());
     const auto cells = plan_cells(config, parse_filter(choices.only), {choices.data, choices.cache},
                                   rows, choices.force);
     if (cells.empty())
       throw volumes::InputError(
           fmt::format("{}: expected cells that --only {} keeps, found none of {}", config.path,
                       fmt::join(choices.only, " --only "), config.cells.size()));
-    std::map<Decision, std::size_t> counts;
-    double seconds = 0;
-    std::uint64_t memory = 0;
-    bool modelled = false;
+    PlanTotals totals;
     for (const PlannedCell& planned : cells) {
-      ++counts[planned.decision];
-      fmt::print("{:<12} {}  {}", name_of(planned.decision), planned.id, planned.cell.describe());
-      if (!planned.reason.empty()) fmt::print("  ({})", volumes::printable(planned.reason));
-      if (planned.decision == Decision::kRun) {
-        fmt::print("  {} {:.1f} s, {:.0f} MiB", planned.expected_from_rows ? "as before" : "about",
-                   planned.expected_seconds,
-                   static_cast<double>(planned.expected_memory) / (1 << 20));
-        seconds += planned.expected_seconds;
-        memory = std::max(memory, planned.expected_memory);
-        modelled = modelled || !planned.expected_from_rows;
-      }
-      fmt::print("\n");
+      totals.add(planned);
+      print_planned(planned);
     }
     fmt::print(
         "{}: {} to run, {} done, {} unsupported, {} with missing data; about {:.0f} s{}, up to "
-        "{:.0f} MiB a "
-        "process\n",
-        volumes::printable(path), counts[Decision::kRun], counts[Decision::kDone],
-        counts[Decision::kUnsupported], counts[Decision::kDataMissing], seconds,
-        modelled
+        "{:.0f} MiB a process\n",
+        volumes::printable(path), totals.counts[Decision::kRun], totals.counts[Decision::kDone],
+        totals.counts[Decision::kUnsupported], totals.counts[Decision::kDataMissing],
+        totals.seconds,
+        totals.modelled
             ? " (of cells without rows: 50 Mvoxel/s and thread, 0.5 s a round of random access)"
             : "",
-        static_cast<double>(memory) / (1 << 20));
+        mebibytes(totals.memory));
   }
   return kExitOk;
 }
@@ -259,8 +304,8 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
       "table", "Prints a configuration's tables from rows, measured beside published figures");
   tabling->add_option("config", c->configs, "configuration file")->required()->expected(1);
   tabling->add_option("--results", c->out, "folder with rows.jsonl")->required();
-  tabling->add_option("--format", c->format, "md | csv | latex")
-      ->check(one_of({"md", "csv", "latex"}));
+  tabling->add_option("--format", c->format, "md | csv | latex | json (an object a table)")
+      ->check(one_of({"md", "csv", "latex", "json"}));
   tabling->add_option("--name", c->table, "only the table of this name");
   add_config_options(*tabling, *c);
   tabling->callback([c, &exit_code] { exit_code = table(*c); });

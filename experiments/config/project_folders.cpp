@@ -6,12 +6,21 @@
 
 namespace cvr::experiments {
 
-std::vector<std::filesystem::path> project_folders() {
-  std::vector<std::filesystem::path> folders{"."};
+std::vector<std::filesystem::path> program_folders() {
+  std::vector<std::filesystem::path> folders;
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) folders.push_back(program.parent_path().parent_path());
+  if (!error) {
+    const auto above = program.parent_path().parent_path();
+    folders = {above, above / "share" / "cvrbench"};
+  }
   folders.emplace_back(build_info::kSourceFolder);
+  return folders;
+}
+
+std::vector<std::filesystem::path> project_folders() {
+  auto folders = program_folders();
+  folders.insert(folders.begin(), ".");
   return folders;
 }
 

@@ -1,4 +1,4 @@
-// Where the project's own files (configs, scenes) may lie.
+// Where the project's own files (configs, scenes, the report's program) may lie.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,12 @@
 
 namespace cvr::experiments {
 
-/// In the order in which to look: the current folder, the folder above that of the running program
-/// (of a bundle or an installation), the source tree that the program was built from.
+/// Those that belong to the running program, in the order in which to look: the folder above that
+/// of the program (of a bundle), its share/cvrbench (of an installation), the source tree that it
+/// was built from. Programs are taken from these alone.
+std::vector<std::filesystem::path> program_folders();
+
+/// In the order in which to look: the current folder, then those of the program.
 std::vector<std::filesystem::path> project_folders();
 
 }  // namespace cvr::experiments

@@ -57,8 +57,9 @@ RunFolder::RunFolder(const std::string& out)
       lock_(RunLock::take(out)),
       rows_(file("rows.jsonl")) {
   for (const auto& [folder, endings] :
-       {std::pair{"tables", "md|csv|tex"}, {"claims", "md|jsonl"}, {"pictures", "png"}})
+       {std::pair{"tables", "md|csv|tex|json"}, {"claims", "md|jsonl"}, {"pictures", "png"}})
     remove_files(fs::path(out_) / folder, fmt::format(R"(.+\.({})\.part\d+)", endings));
+  remove_files(out_, R"(codecs\.json\.part\d+)");
   empty_scratch();
   make_folder(scratch_);
 }

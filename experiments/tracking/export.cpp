@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "experiments/analysis/escaping.hpp"
+#include "experiments/analysis/csv.hpp"
 #include "experiments/results/statistics.hpp"
 #include "experiments/tracking/quantities.hpp"
 
@@ -79,6 +79,36 @@ void add_counters(const Row& row, Row& benchmark) {
   }
 }
 
+Row context_of(const Row& provenance) {
+  return {{"date", provenance.value("time", "")},
+          {"host_name", provenance.value("machine", "")},
+          {"executable", "cvrbench"},
+          {"num_cpus", provenance.value("cores", 1)},
+          {"mhz_per_cpu", 0},
+          {"cpu_scaling_enabled", false},
+          {"caches", Row::array()},
+          {"library_build_type", "release"},
+          {"cpu", provenance.value("cpu", "")},
+          {"revision", provenance.value("revision", "")}};
+}
+
+/// An entry a sample of a time, and the aggregates.
+void add_benchmarks(const Row& row, const Quantity& quantity, Row& benchmarks) {
+  const auto threads = row.value("threads", std::size_t{1});
+  const std::string name = name_of_row(row) + "/" + quantity.name;
+  std::vector<double> real, cpu = cpu_samples(row, quantity);
+  for (const double x : quantity.samples) real.push_back(x * nanoseconds_of(quantity.unit));
+  for (double& x : cpu) x *= nanoseconds_of(quantity.unit);
+  if (cpu.size() != real.size()) cpu = real;
+  for (std::size_t i = 0; i < real.size(); ++i) {
+    Row one = entry(name, threads, real.size(), real[i], cpu[i]);
+    one["repetition_index"] = i;
+    add_counters(row, one);
+    benchmarks.push_back(std::move(one));
+  }
+  add_aggregates(name, threads, real, cpu, benchmarks);
+}
+
 /// Calls visit(place, value) for everything that is no object and no list.
 template <class F>
 void walk(const Row& row, const std::string& place, const F& visit) {
@@ -91,9 +121,9 @@ void walk(const Row& row, const std::string& place, const F& visit) {
   }
 }
 
-std::string csv_field(const Row& value) {
+std::string text_of(const Row& value) {
   if (value.is_null()) return "";
-  return escape_csv(value.is_string() ? value.get<std::string>() : value.dump());
+  return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
 }  // namespace
@@ -109,63 +139,29 @@ Row to_google_benchmark(const std::vector<Row>& rows) {
     if (!seen.insert(key).second) continue;
     const Row& row = latest.at(key);
     if (row.value("status", "") != kOk) continue;
-    if (file["context"].empty()) {
-      const Row& from = row.at("provenance");
-      file["context"] = {{"date", from.value("time", "")},
-                         {"host_name", from.value("machine", "")},
-                         {"executable", "cvrbench"},
-                         {"num_cpus", from.value("cores", 1)},
-                         {"mhz_per_cpu", 0},
-                         {"cpu_scaling_enabled", false},
-                         {"caches", Row::array()},
-                         {"library_build_type", "release"},
-                         {"cpu", from.value("cpu", "")},
-                         {"revision", from.value("revision", "")}};
-    }
-    const auto threads = row.value("threads", std::size_t{1});
+    if (file["context"].empty()) file["context"] = context_of(row.at("provenance"));
     for (const Quantity& quantity : quantities_of(row)) {
-      if (quantity.kind != QuantityKind::kTime) continue;
-      const std::string name = name_of_row(row) + "/" + quantity.name;
-      std::vector<double> real, cpu = cpu_samples(row, quantity);
-      for (const double x : quantity.samples) real.push_back(x * nanoseconds_of(quantity.unit));
-      for (double& x : cpu) x *= nanoseconds_of(quantity.unit);
-      if (cpu.size() != real.size()) cpu = real;
-      for (std::size_t i = 0; i < real.size(); ++i) {
-        Row one = entry(name, threads, real.size(), real[i], cpu[i]);
-        one["repetition_index"] = i;
-        add_counters(row, one);
-        file["benchmarks"].push_back(std::move(one));
-      }
-      add_aggregates(name, threads, real, cpu, file["benchmarks"]);
+      if (quantity.kind == QuantityKind::kTime) add_benchmarks(row, quantity, file["benchmarks"]);
     }
   }
   return file;
 }
 
 std::string to_csv(const std::vector<Row>& rows) {
-  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> lines(1);
   std::map<std::string, std::size_t> places;
   for (const Row& row : rows) {
     walk(row, "", [&](const std::string& place, const Row&) {
-      if (places.emplace(place, columns.size()).second) columns.push_back(place);
+      if (places.emplace(place, lines[0].size()).second) lines[0].push_back(place);
     });
   }
-  std::string text;
-  const auto add_line = [&](const std::vector<std::string>& fields) {
-    for (std::size_t i = 0; i < fields.size(); ++i) text += (i == 0 ? "" : ",") + fields[i];
-    text += "\r\n";
-  };
-  std::vector<std::string> headings;
-  for (const std::string& column : columns) headings.push_back(escape_csv(column));
-  add_line(headings);
   for (const Row& row : rows) {
-    std::vector<std::string> fields(columns.size());
+    std::vector<std::string>& fields = lines.emplace_back(places.size());
     walk(row, "", [&](const std::string& place, const Row& value) {
-      fields[places.at(place)] = csv_field(value);
+      fields[places.at(place)] = text_of(value);
     });
-    add_line(fields);
   }
-  return text;
+  return csv_text(lines, "\r\n");
 }
 
 }  // namespace cvr::experiments

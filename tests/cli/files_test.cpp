@@ -208,6 +208,7 @@ TEST_F(Files, ListsAreJsonArraysOfTheRegistries) {
   EXPECT_EQ((*found)["access"], "voxel");
   EXPECT_EQ((*found)["parameters"][0]["name"], "brick");
   EXPECT_EQ((*found)["parameters"][0]["default"], "32");
+  for (const json& codec : codecs) EXPECT_NE(codec["family"], "") << codec["id"];
   EXPECT_GT(json::parse(program_.run("list datasets --json").out).size(), 30u);
   EXPECT_GT(json::parse(program_.run("list metrics --json").out).size(), 10u);
   EXPECT_EQ(program_.run("--help").exit_code, 0);

@@ -323,7 +323,9 @@ TEST_F(Kill, RoundsBeyondTheLargestNumberAreLeftOut) {
 }
 
 TEST_F(Kill, FilesThatAKilledRunLeftAreRemovedByTheNextOneAndNoOthers) {
-  program_.write("o/tables/t.md.part17", "half a table");
+  for (const char* name :
+       {"o/tables/t.md.part17", "o/tables/t.json.part17", "o/codecs.json.part17"})
+    program_.write(name, "half a file");
   const std::vector<std::string> left = {"0123456789abcdef.cvr",
                                          "0123456789abcdef.cvr.99",
                                          "0123456789abcdef.picture",
@@ -334,7 +336,9 @@ TEST_F(Kill, FilesThatAKilledRunLeftAreRemovedByTheNextOneAndNoOthers) {
   program_.write("o/scratch/mine.txt", "the user's");
   program_.write("o/film.part1", "the user's");
   ASSERT_EQ(program_.run("run c.yaml --out o --only codec=raw --only stage=encode").exit_code, 0);
-  EXPECT_FALSE(std::filesystem::exists(program_ / "o/tables/t.md.part17"));
+  for (const char* name :
+       {"o/tables/t.md.part17", "o/tables/t.json.part17", "o/codecs.json.part17"})
+    EXPECT_FALSE(std::filesystem::exists(program_ / name)) << name;
   for (const std::string& name : left)
     EXPECT_FALSE(std::filesystem::exists(program_ / ("o/scratch/" + name))) << name;
   EXPECT_TRUE(std::filesystem::exists(program_ / "o/scratch/mine.txt"));

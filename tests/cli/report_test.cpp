@@ -44,6 +44,7 @@ TEST_F(Report, MakesAPageOfARun) {
   EXPECT_THAT(page, HasSubstr("Which lossless codec is smallest?"));
   EXPECT_THAT(page, HasSubstr("csgvr-sb, "));
   EXPECT_THAT(page, HasSubstr("Sizes of a blob"));
+  EXPECT_THAT(page, HasSubstr("From o/tables/t.json"));
   EXPECT_THAT(page, HasSubstr("below-half"));
   EXPECT_THAT(page, HasSubstr("no access to single voxels"));
   EXPECT_THAT(page, HasSubstr("id=\"figure-rate-access-"));
@@ -80,6 +81,10 @@ TEST_F(Report, NamesWhatIsWrong) {
   const Outcome rows = report("--results o -o o/rows.jsonl");
   EXPECT_EQ(rows.exit_code, 2);
   EXPECT_THAT(rows.err, HasSubstr("'o/rows.jsonl', which is read"));
+  program_.write("o/codecs.json", "[]");
+  const Outcome codecs = report("--results o -o o/codecs.json");
+  EXPECT_EQ(codecs.exit_code, 2);
+  EXPECT_THAT(codecs.err, HasSubstr("'o/codecs.json', which is read"));
   const Outcome unwritable = report("--results o -o nowhere/page.html");
   EXPECT_EQ(unwritable.exit_code, 3);
   EXPECT_THAT(unwritable.err, HasSubstr("nowhere/page.html"));

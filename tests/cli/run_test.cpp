@@ -85,6 +85,15 @@ TEST_F(Run, MeasuresChecksAndPrintsTables) {
   EXPECT_THAT(program_.read("o/tables/t.tex"), HasSubstr("\\begin{tabular}"));
   EXPECT_EQ(program_.run("table c.yaml --results o --format csv").out,
             program_.read("o/tables/t.csv"));
+  const std::string table = program_.read("o/tables/t.json");
+  EXPECT_EQ(program_.run("table c.yaml --results o --format json").out, table);
+  const json t = json::parse(table);
+  EXPECT_EQ(t["name"], "t");
+  EXPECT_EQ(t["columns"].size(), 8u);
+  EXPECT_EQ(t["lines"].size(), 5u);
+  EXPECT_GT(t["lines"][1]["cells"][3]["number"].get<double>(), 99);
+  EXPECT_EQ(t["lines"][1]["cells"][4]["interval"].size(), 2u);
+  EXPECT_EQ(program_.read("o/codecs.json"), program_.run("list codecs --json").out);
 }
 
 constexpr const char* kClaims = R"(claims:

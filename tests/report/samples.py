@@ -93,21 +93,37 @@ def write(folder: Path, rows: list[dict[str, Any]], torn: bool = False) -> Path:
     return folder
 
 
+def write_table(folder: Path, name: str, title: str, headings: list[str], labels: int, lines: list[list[tuple[str, float | None]]], notes: list[str]) -> None:
+    """FOLDER/tables/NAME.json as the harness writes it."""
+    columns = [{"name": heading, "heading": heading, "unit": "", "description": "", "align": "left" if at < labels else "right"} for at, heading in enumerate(headings)]
+    cells = [[{"text": text} | ({} if number is None else {"number": number}) for text, number in line] for line in lines]
+    table = {"schema": 1, "name": name, "title": title, "columns": columns, "labels": labels, "lines": [{"cells": line} for line in cells], "notes": notes}
+    (folder / "tables").mkdir(exist_ok=True)
+    (folder / "tables" / f"{name}.json").write_text(json.dumps(table), encoding="utf-8")
+
+
+def write_codecs(folder: Path, *codecs: tuple[str, str]) -> None:
+    """FOLDER/codecs.json of ids and families."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "codecs.json").write_text(json.dumps([{"id": name, "family": family} for name, family in codecs]), encoding="utf-8")
+
+
 def write_whole(folder: Path) -> Path:
-    """Rows, a table, claims and a pair of pictures; the last line is torn."""
+    """Rows, a table, codecs, claims and a pair of pictures; the last line is torn."""
     from PIL import Image
 
     rows = whole()
     picture = next(one for one in rows if one["stage"] == "render")
     picture["pictures"] = {"picture": "p.png", "difference": "d.png", "gain": 8.0, "psnr_db": 31.0, "ssim": 0.9}
     write(folder, rows, torn=True)
+    write_codecs(folder, ("raw", "general"), ("small", "general"), ("fast", "bricks"), ("slow", "bricks"), ("lossy", "lossy"))
     for name in ("pictures", "tables", "claims"):
         (folder / name).mkdir(exist_ok=True)
     Image.new("RGB", (16, 9), (200, 20, 20)).save(folder / "pictures" / "p.png")
     Image.new("RGB", (16, 9)).save(folder / "pictures" / "d.png")
-    lines = ["dataset,codec,rate %,published %"] + [f"one,codec<{i}>,{value},2.5" for i, value in enumerate((10.5, 2.25, 100, 7, 3, "failed", ""))]
-    (folder / "tables" / "t.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    (folder / "tables" / "t.md").write_text("### Rates & more\n\n| dataset | codec | rate % | published % |\n|:--|:--|--:|--:|\n\n- A **note**.\n", encoding="utf-8")
+    values = ((10.5, "10.5"), (2.25, "2.25"), (100.0, "100"), (7.0, "7"), (3.0, "3"), (None, "failed"), (None, ""))
+    lines = [[("one", None), (f"codec<{i}>", None), (text, number), ("2.5", 2.5)] for i, (number, text) in enumerate(values)]
+    write_table(folder, "t", "Rates & more", ["dataset", "codec", "rate %", "published %"], 2, lines, ["A note."])
     claims = [{"claim": "smaller", "says": "half as large", "source": "Paper, 5", "claim_verdict": verdict, "group": {"dataset": "one"}, "verdict": verdict,
                "reason": "1 / 8", "metric": "rate", "compare": "ratio", "at_most": 0.5, "compared": [{"value": 0.125}]} for verdict in ("holds",)]
     claims.append(claims[0] | {"claim": "faster", "claim_verdict": "does not hold", "verdict": "does not hold"})

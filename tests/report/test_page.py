@@ -12,6 +12,7 @@ from pathlib import Path
 import samples
 import look
 import report
+from codec_list import Codec, listed
 from figures import REGISTRY
 
 VOID = {"meta", "link", "img", "input", "br", "hr"}
@@ -198,15 +199,32 @@ class Poor(unittest.TestCase):
         rows.append(samples.drawn(name, "c$x^$", "voxel", 5.0))
         self.assertIn("c$x^$", self.page(rows))
 
-    def test_escaped_markdown_is_read_back(self):
+    def test_texts_of_tables_are_shown_as_they_stand(self):
         folder = samples.write(self.path, samples.label_rows("a", "c", 2.0, 1, 10.0))
-        (folder / "tables").mkdir()
-        (folder / "tables" / "t.csv").write_text("dataset,rate\na|b,1\n", encoding="utf-8")
-        (folder / "tables" / "t.md").write_text("### A \\`title\\` \\<b>\n\n| dataset | rate |\n|:--|--:|\n| a\\|b | 1 |\n\n- a \\*note\\*\n", encoding="utf-8")
+        samples.write_table(folder, "t", "A `title` <b>", ["dataset", "rate"], 1, [[("a|b<i>", None), ("1 (<u>2</u>)", 1.0)]], ["a *note* **of** \\`c\\` & <p>"])
         code, text = make(folder)
         self.assertEqual(code, 0)
-        self.assertIn("A `title` &lt;b&gt;", text)
-        self.assertIn("a *note*", text)
+        for shown in ("A `title` &lt;b&gt;", "a|b&lt;i&gt;", ">1 (&lt;u&gt;2&lt;/u&gt;)<", "a *note* **of** \\`c\\` &amp; &lt;p&gt;", 'data-sort="1.0"'):
+            self.assertIn(shown, text)
+
+    def test_labels_are_ordered_as_text(self):
+        folder = samples.write(self.path, samples.label_rows("a", "c", 2.0, 1, 10.0))
+        samples.write_table(folder, "t", "T", ["brick", "rate"], 1, [[("32", 32.0), ("5", 5.5)]], [])
+        _, text = make(folder)
+        self.assertIn('data-sort="5.5"', text)
+        self.assertNotIn('data-sort="32.0"', text)
+
+    def test_a_table_that_cannot_be_read_is_told(self):
+        folder = samples.write(self.path, samples.label_rows("a", "c", 2.0, 1, 10.0))
+        samples.write_table(folder, "empty", "Nothing", ["dataset"], 1, [], [])
+        short = '{"title": "T", "columns": [{"heading": "a"}], "labels": 1, "lines": [{"cells": []}], "notes": []}'
+        for name, broken in enumerate(("", "{", "[]", "5", '{"title": "T"}', short, short.replace("[]}]", '[{"text": 5}]}]'), "[" * 100000, short.replace('"labels": 1', '"labels": {}'))):
+            (folder / "tables" / f"broken{name}.json").write_text(broken, encoding="utf-8")
+        code, text = make(folder)
+        self.assertEqual(code, 0)
+        self.assertEqual(Document(text).complaints, [])
+        self.assertEqual(text.count("no table: "), 9)
+        self.assertNotIn("Nothing</caption>", text)
 
     def test_a_folder_that_is_none_is_a_usage_error(self):
         self.assertEqual(report.main(["--results", str(self.path / "none"), "-o", str(self.path / "p.html")]), 2)
@@ -224,7 +242,7 @@ class Colours(unittest.TestCase):
         return (high + 0.05) / (low + 0.05)
 
     def test_marks_stand_out_from_both_backgrounds(self):
-        for colour in {colour for colour, _ in look.CODECS.values()}:
+        for colour in look.COLOURS:
             for panel in ("#f5f6f7", "#1d2126"):
                 self.assertGreaterEqual(self.contrast(colour, panel), 3.0, f"{colour} on {panel}")
 
@@ -237,12 +255,50 @@ class Colours(unittest.TestCase):
                 for background in ("paper", "panel"):
                     self.assertGreaterEqual(self.contrast(scheme[text], scheme[background]), 4.5, f"{text} on {background}")
 
-    def test_codecs_of_one_colour_differ_by_marker_and_where_it_counts_by_fill(self):
-        looks = list(look.CODECS.values())
-        self.assertEqual(len(looks), len(set(looks)))
-        drawable = ("raw", "neuroglancer", "csgv-nibble", "csgv-rans", "csgvr-nibble", "csgvr", "csgvr-sb", "vq", "hvq", "tvq")
-        filled = [(look.codec_colour(codec), look.codec_fill(codec)) for codec in drawable]
-        self.assertEqual(len(filled), len(set(filled)))
+
+class Codecs(unittest.TestCase):
+    """What codecs look like."""
+
+    def setUp(self):
+        self.addCleanup(setattr, look, "palette", look.palette)
+
+    def looks(self, listed, others=()):
+        look.use_codecs(listed, others)
+        return {name: (look.codec_colour(name), look.codec_marker(name), look.codec_fill(name)) for name in look.palette.looks}
+
+    def test_as_many_codecs_as_there_are_colours_and_fills_all_differ(self):
+        for families in (1, 3, 8, 20, 48):
+            looks = self.looks([Codec(f"c{i}", f"f{i % families}") for i in range(48)])
+            self.assertEqual(len({(colour, marker) for colour, marker, _ in looks.values()}), 48, families)
+            self.assertEqual(len({(colour, fill) for colour, _, fill in looks.values()}), 48, families)
+        looks = self.looks([Codec(f"c{i}", f"f{i % 5}") for i in range(80)])
+        self.assertEqual(len({(colour, marker) for colour, marker, _ in looks.values()}), 80)
+
+    def test_a_family_has_one_colour_and_families_have_several(self):
+        looks = self.looks([Codec(f"{family}-{i}", family) for family in "abcdefgh" for i in range(4)])
+        self.assertEqual([len({looks[f"{family}-{i}"][0] for i in range(4)}) for family in "abcdefgh"], [1] * 8)
+        self.assertEqual(len({colour for colour, _, _ in looks.values()}), 8)
+
+    def test_looks_depend_on_the_place_in_the_list_alone(self):
+        listed = [Codec("x", "f"), Codec("y", "f"), Codec("z", "g")]
+        self.assertEqual(self.looks(listed, ["new", "x", "another"]), self.looks(listed, ["another", "new"]))
+        self.assertEqual(list(look.palette.looks), ["x", "y", "z", "another", "new"])
+        before = self.looks(listed)
+        self.assertEqual({name: found for name, found in self.looks([*listed, Codec("later", "f")]).items() if name in before}, before)
+
+    def test_codecs_come_from_the_folders_and_else_from_the_program(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            samples.write_codecs(folder / "a", ("x", "f"), ("y", "f"))
+            samples.write_codecs(folder / "b", ("z", "g"), ("x", "other"))
+            self.assertEqual(listed([folder / "a", folder / "b", folder]), [Codec("x", "f"), Codec("y", "f"), Codec("z", "g")])
+            self.assertEqual(listed([folder], str(folder / "no-program")), [])
+            program = folder / "program"
+            program.write_text('#!/bin/sh\necho \'[{"id": "p"}, {"family": "no id"}, 5]\'\n', encoding="utf-8")
+            program.chmod(0o755)
+            self.assertEqual(listed([folder], str(program)), [Codec("p", "p")])
+            (folder / "codecs.json").write_text('{"id": "no list"}', encoding="utf-8")
+            self.assertEqual(listed([folder]), [])
 
 
 if __name__ == "__main__":

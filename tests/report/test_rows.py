@@ -10,7 +10,6 @@ import samples
 from estimates import Estimate, access_ns, geometric_mean, held_ms, interval_rank, median_of, path_ms, speed, spell, spell_estimate
 from history import objects_in, steps_table
 from rows import Row, load, varying_parameters
-from tables import leading_number
 
 
 class Loading(unittest.TestCase):
@@ -106,10 +105,6 @@ class Estimates(unittest.TestCase):
         self.assertEqual(spell_estimate(Estimate(14.2, 13.0, 15.1, 9), "ns"), "14.2 ns [13.0, 15.1], n = 9")
         self.assertIsNone(geometric_mean([1.0, 0.0]))
         self.assertAlmostEqual(geometric_mean([1.0, 100.0]) or 0, 10.0)
-
-    def test_cells_of_tables_are_ordered_by_the_number_they_begin_with(self):
-        self.assertEqual([leading_number(x) for x in ("0.853 (2.1)", "6,979 / 0", "-3", "1e-4", "17.6 / exact", "failed", "", "3x")],
-                         [0.853, 6979, -3, 1e-4, 17.6, None, None, None])
 
 
 class History(unittest.TestCase):

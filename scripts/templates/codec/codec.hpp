@@ -5,6 +5,6 @@
 
 namespace cvr::codecs {
 
-const Codec& @NAME @_codec();
+const Codec& @NAME@_codec();
 
 }  // namespace cvr::codecs

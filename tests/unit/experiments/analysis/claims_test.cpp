@@ -7,6 +7,7 @@
 
 #include <functional>
 
+#include "experiments/analysis/table_formats.hpp"
 #include "experiments/run/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "tests/unit/experiments/stage.hpp"

@@ -172,13 +172,39 @@ class RenderTable : public testing::Test {
   TableSpec spec_;
 };
 
+std::vector<std::string> headings_of(const Table& table) {
+  std::vector<std::string> headings;
+  for (const TableColumn& column : table.columns) headings.push_back(column.heading);
+  return headings;
+}
+
+std::vector<std::string> texts_of(const LineOfCells& line) {
+  std::vector<std::string> texts;
+  for (const TableCell& cell : line.cells) texts.push_back(cell.text);
+  return texts;
+}
+
+std::vector<std::string> notes_of(const Table& table) {
+  std::vector<std::string> notes;
+  for (const Note& note : table.notes) notes.push_back(note.plain());
+  return notes;
+}
+
 TEST_F(RenderTable, OneColumnForEachCombinationMeasuredAndPublished) {
   const Table table = make_table(spec_, config_, rows());
-  EXPECT_THAT(table.headings, ElementsAre("codec", "cache", "local a", "local b", "ao a", "ao b"));
+  EXPECT_THAT(headings_of(table),
+              ElementsAre("codec", "cache", "local a", "local b", "ao a", "ao b"));
   ASSERT_EQ(table.lines.size(), 2u);
-  EXPECT_THAT(table.lines[0], ElementsAre("raw", "none", "0", "5", "2", "7"));
-  EXPECT_THAT(table.lines[1], ElementsAre("raw", "voxel", "1", "6", "3 (9.7)", "8"));
-  EXPECT_THAT(table.notes, testing::Contains(HasSubstr("Times there: GPU.")));
+  EXPECT_THAT(texts_of(table.lines[0]), ElementsAre("raw", "none", "0", "5", "2", "7"));
+  EXPECT_THAT(texts_of(table.lines[1]), ElementsAre("raw", "voxel", "1", "6", "3 (9.7)", "8"));
+  EXPECT_THAT(notes_of(table), testing::Contains(HasSubstr("Times there: GPU.")));
+  EXPECT_EQ(table.columns[2].name, "frame_ms");
+  EXPECT_EQ(table.columns[2].unit, "ms");
+  const TableCell& cell = table.lines[1].cells[4];
+  EXPECT_EQ(cell.number, 3);
+  EXPECT_EQ(cell.published->text, "9.7");
+  EXPECT_EQ(cell.published->number, 9.7);
+  EXPECT_EQ(table.published->hardware, "GPU");
 }
 
 TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
@@ -186,19 +212,21 @@ TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
   auto with_held = rows();
   with_held[3]["held"]["median_ms"] = 0.25;
   const Table table = make_table(spec_, config_, with_held);
-  EXPECT_THAT(table.lines[1], ElementsAre("raw", "voxel", "1", "6", "3; 0.25 (9.7)", "8"));
-  EXPECT_THAT(table.notes,
+  EXPECT_THAT(texts_of(table.lines[1]),
+              ElementsAre("raw", "voxel", "1", "6", "3; 0.25 (9.7)", "8"));
+  EXPECT_EQ(table.lines[1].cells[4].number, 3) << "the first figure of several";
+  EXPECT_THAT(notes_of(table),
               testing::Contains(HasSubstr("in parentheses what the publication states")));
 }
 
 TEST_F(RenderTable, TimesOfASoftwareDeviceCarryTheWarning) {
   const Table table = make_table(spec_, config_, rows());
-  EXPECT_THAT(table.notes, testing::Contains("Drawn on: pipe (software, D)."));
-  EXPECT_THAT(table.notes,
+  EXPECT_THAT(notes_of(table), testing::Contains("Drawn on: pipe (software, D)."));
+  EXPECT_THAT(notes_of(table),
               testing::Contains(HasSubstr("CPU times, not comparable with those of a GPU")));
   auto on_gpu = rows();
   for (Row& row : on_gpu) row["device"]["type"] = "discrete";
-  EXPECT_THAT(make_table(spec_, config_, on_gpu).notes,
+  EXPECT_THAT(notes_of(make_table(spec_, config_, on_gpu)),
               testing::Not(testing::Contains(HasSubstr("not comparable"))));
 }
 

@@ -1,10 +1,12 @@
-// Tables of hand-made rows, as they must read, in all three formats.
+// Tables of hand-made rows, as they must read, in all formats.
 #include "experiments/analysis/tables.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "codecs/registry.hpp"
+#include "experiments/analysis/metrics.hpp"
+#include "experiments/analysis/table_formats.hpp"
 #include "experiments/config/published.hpp"
 #include "tests/samples/scratch_folder.hpp"
 #include "tests/unit/experiments/stage.hpp"
@@ -121,14 +123,73 @@ TEST_F(TableTest, AFailedCellHasItsStatusInsteadOfFigures) {
 TEST_F(TableTest, CellsThatWereNotRunAreNamed) {
   const Table table = make_table(spec_, config_, {});
   EXPECT_EQ(table.lines.size(), 2u);
-  EXPECT_THAT(table.notes, testing::Contains("3 cells have not been run."));
+  EXPECT_EQ(table.notes.back().plain(), "3 cells have not been run.");
 }
 
 TEST_F(TableTest, ConditionsTakeLinesAwayButKeepMemcpy) {
   spec_.where = {{"brick", "64"}};
   const Table table = make_table(spec_, config_, rows());
   ASSERT_EQ(table.lines.size(), 1u);
-  EXPECT_EQ(table.lines[0][1], "memcpy");
+  EXPECT_EQ(table.lines[0].cells[1].text, "memcpy");
+}
+
+TEST_F(TableTest, JsonHoldsTheNumbersBehindTheTexts) {
+  spec_.columns = {"published_rate", "encode_seconds", "exact", "pareto"};
+  auto measured = rows();
+  measured[1]["time"]["seconds"]["samples"] = {0.25, 0.125, 0.0625};
+  measured[1]["size"]["published_rate"] = 2.00049;
+  measured[1]["size"]["bits_per_voxel"] = 0.5;
+  const Row table = Row::parse(render(make_table(spec_, config_, measured), TableFormat::kJson));
+  EXPECT_EQ(table["schema"], 1);
+  EXPECT_EQ(table["name"], "t");
+  EXPECT_EQ(table["title"], "Title");
+  EXPECT_EQ(table["labels"], 3);
+  EXPECT_EQ(table["columns"][1].dump(),
+            R"({"name":"codec","heading":"codec","unit":"","description":"","align":"left"})");
+  EXPECT_EQ(table["columns"][4].dump(),
+            R"({"name":"encode_seconds","heading":"encode s","unit":"s","description":)"
+            R"("median wall time of encoding, file reading and writing apart","align":"right"})");
+  ASSERT_EQ(table["lines"].size(), 2u);
+  const Row& line = table["lines"][1];
+  EXPECT_EQ(line["cells"][1].dump(), R"({"text":"csgv-nibble"})");
+  EXPECT_EQ(line["cells"][3].dump(),
+            R"({"text":"2.000","number":2.00049,"published":{"text":"2.500","number":2.5}})");
+  EXPECT_EQ(line["cells"][4].dump(), R"({"text":"0.125","number":0.125,"interval":[0.0625,0.25]})");
+  EXPECT_EQ(line["cells"][5].dump(), R"({"text":"0 of 6000 differ","number":0.0})");
+  EXPECT_EQ(line["cells"][6].dump(), R"({"text":"*"})");
+  EXPECT_EQ(line["fronts"].dump(), R"(["pareto"])");
+  EXPECT_EQ(table["lines"][0]["fronts"].dump(), "[]");
+  EXPECT_EQ(table["published"].dump(), R"({"citation":"C","title":"T2","hardware":""})");
+  EXPECT_EQ(table["notes"].back(), "random-access unsupported: no access, \"none\" (csgv-nibble)");
+}
+
+TEST_F(TableTest, TextFromOutsideIsEscapedInEachFormat) {
+  spec_.title = "T*\n#";
+  auto hostile = rows();
+  hostile[2]["reason"] = "a `b` <c>\n- d\x1b[2J";
+  const Table table = make_table(spec_, config_, hostile);
+  EXPECT_THAT(render(table, TableFormat::kMarkdown),
+              testing::AllOf(testing::StartsWith("### T\\*\\n#\n"),
+                             testing::HasSubstr("a \\`b\\` \\<c>\\n- d\\x1b[2J (csgv-nibble)\n")));
+  const std::string latex = render(table, TableFormat::kLatex);
+  EXPECT_THAT(latex, testing::StartsWith("% T*\\n#\n"));
+  EXPECT_THAT(latex, testing::HasSubstr("\\<c>\\n- d\\x1b[2J (csgv-nibble)\n"));
+  const Row json = Row::parse(render(table, TableFormat::kJson));
+  EXPECT_EQ(json["title"], "T*\\n#");
+  EXPECT_EQ(json["notes"].back(),
+            "random-access unsupported: a `b` <c>\\n- d\\x1b[2J (csgv-nibble)");
+}
+
+TEST(Columns, HeadingsNameTheirUnit) {
+  EXPECT_EQ(unit_in("access ns, level 3"), "ns");
+  EXPECT_EQ(unit_in("rate % gzip -6"), "%");
+  EXPECT_EQ(unit_in("encode +-%"), "%");
+  EXPECT_EQ(unit_in("path; held ms"), "ms");
+  EXPECT_EQ(unit_in("front"), "");
+  EXPECT_EQ(unit_in("labels"), "");
+  EXPECT_EQ(unit_in(""), "");
+  EXPECT_EQ(unit_in(find_metric("step_ms")->heading), "ms");
+  EXPECT_EQ(unit_in(find_metric("gpu_bits_per_voxel")->heading), "bits/voxel");
 }
 
 TEST(Published, TheFiguresOfThePaperAreCarriedWhole) {
