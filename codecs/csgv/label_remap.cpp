@@ -3,6 +3,7 @@
 #include "codecs/csgv/label_remap.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 #include "codecs/label_codes.hpp"
@@ -14,46 +15,66 @@ namespace {
 
 constexpr std::size_t kBatch = 256;  ///< voxels
 
+/// Calls body(voxels) for slabs in their order until it answers false.
 template <class Body>
 void for_each_slab(const volumes::VolumeSource& source, Body&& body) {
   volumes::SlabReader reader(source);
   const volumes::Extent& e = source.info().extent;
   for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
     const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
-    body(std::span(reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth)),
-                   e.x * e.y * depth));
+    const auto* voxels = reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth));
+    if (!body(std::span(voxels, e.x * e.y * depth))) return;
   }
+}
+
+/// Whether a label needs more than 32 bits.
+bool any_is_wide(std::span<const std::uint64_t> voxels) {
+  constexpr std::size_t kAtOnce = 4096;
+  for (std::size_t i = 0; i < voxels.size(); i += kAtOnce) {
+    std::uint64_t all_bits = 0;
+    for (const std::uint64_t label : voxels.subspan(i, std::min(kAtOnce, voxels.size() - i)))
+      all_bits |= label;
+    if (all_bits >> 32 != 0) return true;
+  }
+  return false;
 }
 
 }  // namespace
 
 LabelRemap::LabelRemap(const volumes::VolumeSource& source, unsigned threads) {
   if (source.info().type != volumes::VoxelType::kU64) return;
-  std::uint64_t all_bits = 0;
+  bool wide = false;
   for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
-    for (const std::uint64_t label : voxels) all_bits |= label;
+    wide = any_is_wide(voxels);
+    return !wide;
   });
-  if (all_bits >> 32 == 0) return;
+  if (!wide) return;
   DistinctLabels distinct(threads);
   for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
     distinct.add(volumes::VoxelType::kU64, std::as_bytes(voxels));
+    return true;
   });
   labels_ = distinct.take();
   fill_buckets();
 }
 
 void LabelRemap::fill_buckets() {
-  constexpr std::size_t kAhead = 64;
   constexpr std::size_t kMost = 3;  // places taken of a bucket, on average
   buckets_.resize(std::bit_ceil((labels_.size() + kMost - 1) / kMost));
-  for (std::size_t i = 0; i < labels_.size(); ++i) {
-    if (i + kAhead < labels_.size())
-      __builtin_prefetch(&buckets_[bucket_of(labels_[i + kAhead])], 1);
-    std::size_t at = bucket_of(labels_[i]);
-    while (buckets_[at].taken == Bucket::kPlaces) at = (at + 1) & (buckets_.size() - 1);
-    Bucket& bucket = buckets_[at];
-    bucket.labels[bucket.taken] = labels_[i];
-    bucket.ranks[bucket.taken++] = static_cast<std::uint32_t>(i + 1);
+  std::array<std::size_t, kBatch> own;
+  for (std::size_t first = 0; first < labels_.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, labels_.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      own[k] = bucket_of(labels_[first + k]);
+      __builtin_prefetch(&buckets_[own[k]], 1);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      std::size_t at = own[k];
+      while (buckets_[at].taken == Bucket::kPlaces) at = (at + 1) & (buckets_.size() - 1);
+      Bucket& bucket = buckets_[at];
+      bucket.labels[bucket.taken] = labels_[first + k];
+      bucket.ranks[bucket.taken++] = static_cast<std::uint32_t>(first + k + 1);
+    }
   }
 }
 

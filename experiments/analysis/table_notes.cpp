@@ -125,9 +125,9 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<Note>& no
       }
       const std::string status = row->value("status", "");
       if (status == kOk) continue;
-      add_once(reasons[fmt::format("{} {}: {}", stage, status,
-                                   row->value("reason", "no reason given"))],
-               name_in_status(line, status == kDataMissing));
+      add_once(
+          reasons[fmt::format("{} {}: {}", stage, status, row->value("reason", "no reason given"))],
+          name_in_status(line, status == kDataMissing));
     }
   }
   for (const auto& [reason, who] : reasons) {

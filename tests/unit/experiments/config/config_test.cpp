@@ -134,7 +134,8 @@ TEST_F(ConfigTest, UnknownCodecDatasetStageMetric) {
               testing::AllOf(HasSubstr("c.yaml:2:17: "), HasSubstr("did you mean 'blob'?"),
                              EndsWith("found 'blub'")));
   EXPECT_EQ(error("matrix:\n  - {datasets: [blob], codecs: [raw], stages: [encoding]}\n"),
-            "c.yaml:2:48: expected encode, decode, random-access, label-statistics or render, found 'encoding'");
+            "c.yaml:2:48: expected encode, decode, random-access, label-statistics or render, "
+            "found 'encoding'");
   EXPECT_THAT(error(std::string(kGood) +
                     "tables:\n  - {name: a, title: b, rows: [dataset], columns: [ratte]}\n"),
               testing::AllOf(HasSubstr("c.yaml:7:52: "), HasSubstr("did you mean 'rat")));

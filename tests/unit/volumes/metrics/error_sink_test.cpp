@@ -82,8 +82,7 @@ TEST(ErrorSink, TellsTheWorstTimeStep) {
     feed(sink, decoded, depth);
     EXPECT_EQ(sink.time_steps(), 4u);
     EXPECT_EQ(sink.worst_step(), 2u);
-    EXPECT_NEAR(sink.worst_step_psnr().value(), 10 * std::log10(255.0 * 255 * 144 / 144.0),
-                1e-9);
+    EXPECT_NEAR(sink.worst_step_psnr().value(), 10 * std::log10(255.0 * 255 * 144 / 144.0), 1e-9);
     EXPECT_NEAR(sink.psnr().value(), 10 * std::log10(255.0 * 255 * 576 / 160.0), 1e-9);
     // The jump of 60 between steps is no edge: the voxels beside x = 3 to 4 are.
     EXPECT_EQ(sink.edge_voxels(), 2u * 6 * 12);
