@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
+#include "gpu/caches/cache.hpp"
 #include "gpu/frame.hpp"
 #include "gpu/kernels.hpp"
 #include "gpu/rays.hpp"
@@ -22,7 +22,6 @@ using volumes::Expected;
 using volumes::fail;
 
 constexpr std::uint64_t kLargestExtent = std::uint64_t{1} << 15;  ///< see shaders/render/ray.glsl
-constexpr std::uint32_t kLargestImage = 16384;
 constexpr std::uint32_t kTile = 8;
 constexpr unsigned kPatience =
     6;  ///< frames without progress before a smaller part of the picture is tried
@@ -43,10 +42,6 @@ constexpr std::array<const char*, CVR_COUNTERS> kCounterNames{"rays",
                                                               "bricks_requested",
                                                               "bricks_decoded",
                                                               "placeholder_cells"};
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 template <class T>
 std::span<const std::byte> bytes_of(const std::vector<T>& values) {
@@ -167,9 +162,8 @@ Expected<std::unique_ptr<Renderer>> Renderer::make(Device& device,
                                                    const codecs::GpuEncoding& encoding,
                                                    const volumes::VolumeInfo& info,
                                                    const RenderOptions& options) {
+  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   const CacheTraits* traits = find_cache(options.access);
-  if (traits == nullptr)
-    return fail(ErrorCode::kBadArgument, fmt::format("no access mode '{}'", options.access));
   if (traits->sized && options.cache_bytes < kLeastCacheBytes)
     return fail(ErrorCode::kBadArgument,
                 fmt::format("cache: expected at least 1 MiB, found {} bytes", options.cache_bytes));
@@ -177,11 +171,6 @@ Expected<std::unique_ptr<Renderer>> Renderer::make(Device& device,
     return fail(ErrorCode::kUnsupported,
                 fmt::format("volume {}: rays reach {} voxels along an axis at most",
                             to_string(info.extent), kLargestExtent));
-  if (std::min(options.width, options.height) < 1 ||
-      std::max(options.width, options.height) > kLargestImage)
-    return fail(ErrorCode::kBadArgument,
-                fmt::format("image: expected 1 to {} pixels a side, found {}x{}", kLargestImage,
-                            options.width, options.height));
   if (const std::string reason = traits->refuses(encoding, device.limits()); !reason.empty())
     return fail(ErrorCode::kUnsupported, fmt::format("{}: {}", options.access, reason));
   auto impl = std::make_unique<Impl>(device, encoding, info, options);
@@ -192,11 +181,11 @@ Expected<std::unique_ptr<Renderer>> Renderer::make(Device& device,
         ErrorCode::kUnsupported,
         fmt::format("image {}x{}: its {} tiles exceed the device's maxComputeWorkGroupCount of {}",
                     options.width, options.height, tiles, device.limits().groups));
-  const double before = now();
+  const double before = seconds_now();
   if (auto ok = impl->upload(); !ok) return tl::unexpected(ok.error());
-  const double uploaded = now();
+  const double uploaded = seconds_now();
   if (auto ok = impl->make_kernels(); !ok) return tl::unexpected(ok.error());
-  impl->start = {{"upload", uploaded - before}, {"kernels", now() - uploaded}};
+  impl->start = {{"upload", uploaded - before}, {"kernels", seconds_now() - uploaded}};
   return std::unique_ptr<Renderer>(new Renderer(std::move(impl)));
 }
 
@@ -273,6 +262,8 @@ Expected<std::vector<PassTime>> Renderer::set_scene(const Scene& scene) {
   if (!my.warm) my.warm_up();
   return times;
 }
+
+bool Renderer::keeps_voxels() const { return find_cache(impl_->options.access)->sized; }
 
 void Renderer::clear_cache() {
   Impl& my = *impl_;
@@ -353,24 +344,24 @@ FrameResult Renderer::Impl::draw() {
 /// Drivers may translate a kernel at its first dispatch: a frame without pixels keeps that out of
 /// the first frame's time.
 void Renderer::Impl::warm_up() {
-  const double before = now();
+  const double before = seconds_now();
   frame.focus_mask = 0;
   frame.focus_value = 1;
   draw();
   warm = true;
-  start.emplace_back("first dispatch", now() - before);
+  start.emplace_back("first dispatch", seconds_now() - before);
 }
 
 FrameResult Renderer::render(const Camera& camera, bool restart) {
   Impl& my = *impl_;
-  const double start = now();
+  const double start = seconds_now();
   my.write_levels(camera);
   my.describe_camera(camera);
   my.frame.restart = restart ? 1 : 0;
   my.frame.samples = UINT32_MAX;
   my.frame.focus_mask = my.frame.focus_value = 0;
   FrameResult result = my.draw();
-  result.host_seconds = now() - start;
+  result.host_seconds = seconds_now() - start;
   return result;
 }
 
@@ -463,12 +454,6 @@ std::vector<MemoryUse> Renderer::memory() const {
   std::vector<MemoryUse> uses = impl_->allocations.uses();
   for (const MemoryUse& use : impl_->cache->memory()) uses.push_back(use);
   return uses;
-}
-
-double Renderer::start_seconds() const {
-  double sum = 0;
-  for (const auto& [name, seconds] : impl_->start) sum += seconds;
-  return sum;
 }
 
 std::vector<std::pair<std::string, double>> Renderer::start_parts() const { return impl_->start; }

@@ -1,52 +1,15 @@
-// The renderer: one encoded volume, one access mode, one shading mode, on one device; frames of one
-// scene after another.
-//
-// Picture and precision: IMAGE.md. Timed and instrumented renderers are different objects with
-// different kernels: counters cost time.
+// The renderer of label volumes: rays through bricks, cell by cell of each brick's level of detail.
 #pragma once
 
-#include <array>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "codecs/gpu_encoding.hpp"
-#include "gpu/caches/cache.hpp"
-#include "gpu/image.hpp"
-#include "gpu/scene.hpp"
-#include "gpu/vulkan/commands.hpp"
+#include "gpu/frame_renderer.hpp"
+#include "volumes/volume.hpp"
 
 namespace cvr::gpu {
 
-struct RenderOptions {
-  std::string access = "none";                           ///< id of an access mode
-  std::uint64_t cache_bytes = std::uint64_t{256} << 20;  ///< from 1 MiB
-  Shading shading = Shading::kLocal;
-  std::uint32_t width = 640, height = 360;  ///< 1 .. 16384 each
-  bool instrumented = false;
-};
-
-/// Counters of instrumented frames, by name.
-using Counters = std::vector<std::pair<std::string, std::uint64_t>>;
-
-struct FrameResult {
-  std::vector<PassTime> passes;  ///< in their order; the last is "render"
-  double gpu_seconds = 0;        ///< their sum
-  double host_seconds = 0;       ///< levels of detail, recording, submission and waiting
-  std::uint32_t incomplete = 0;  ///< pixels that met a placeholder
-  std::uint32_t resumed =
-      0;  ///< further dispatches of the rendering pass, where the driver bounds loops
-  CacheReport cache;
-};
-
-/// How the first exact picture of a view came about.
-struct Settled {
-  bool complete = false;
-  std::uint32_t frames = 0;      ///< drawn until then
-  std::uint32_t incomplete = 0;  ///< pixels left, where the cache cannot hold what one ray needs
-};
-
-class Renderer {
+class Renderer final : public FrameRenderer {
  public:
   /// `encoding` and its buffers outlive the call only. kUnsupported with the reason where mode,
   /// codec, volume or device do not go together.
@@ -54,27 +17,21 @@ class Renderer {
                                                            const codecs::GpuEncoding& encoding,
                                                            const volumes::VolumeInfo& info,
                                                            const RenderOptions& options);
-  ~Renderer();
+  ~Renderer() override;
 
-  /// Materials and bricks without a visible label; clears the cache. Returns the time of its
-  /// passes.
-  volumes::Expected<std::vector<PassTime>> set_scene(const Scene& scene);
-  /// Empties the cache, so that the next frame is a first one.
-  void clear_cache();
-  /// Draws one frame. `restart`: forget samples of earlier frames (the camera has moved); else one
-  /// more sample is added.
-  FrameResult render(const Camera& camera, bool restart = true);
-  /// Draws frames of one view until all pixels have `samples` complete samples. Where the cache is
-  /// too small for the view, parts of the picture are drawn after each other; gives up when even
-  /// the smallest part makes no progress.
-  Settled settle(const Camera& camera, std::uint32_t samples = 1);
-
-  Image read_image() const;
-  Counters read_counters() const;
-  void clear_counters();
-  std::vector<MemoryUse> memory() const;  ///< device memory by use
-  double start_seconds() const;  ///< upload and kernels, of make() and the first set_scene()
-  std::vector<std::pair<std::string, double>> start_parts() const;
+  /// Passes: materials, and bricks without a visible label.
+  volumes::Expected<std::vector<PassTime>> set_scene(const Scene& scene) override;
+  bool keeps_voxels() const override;
+  void clear_cache() override;
+  FrameResult render(const Camera& camera, bool restart = true) override;
+  Settled settle(const Camera& camera, std::uint32_t samples = 1) override;
+  Image read_image() const override;
+  /// Of an instrumented renderer; else zeros.
+  Counters read_counters() const override;
+  void clear_counters() override;
+  std::vector<MemoryUse> memory() const override;
+  /// Of make() and the first set_scene().
+  std::vector<std::pair<std::string, double>> start_parts() const override;
 
  private:
   struct Impl;

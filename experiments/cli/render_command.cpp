@@ -190,16 +190,18 @@ void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device&
   const codecs::ProgressiveAccess* progressive = decoder.progressive_access();
   const auto samples = decoder.gpu_samples(progressive == nullptr ? 0 : progressive->steps() - 1);
   if (!samples) fail_on_file(command.in, samples.error());
-  const auto renderer = gpu::ScalarRenderer::make(device, *samples, file.stream.info,
-                                                  {.access = command.access,
-                                                   .cache_bytes = command.cache_mib << 20,
-                                                   .width = scene.width,
-                                                   .height = scene.height});
-  if (!renderer) fail_on_file(command.in, renderer.error());
   volumes::VolumeSink sink(file.stream.info);
   if (const auto done = decoder.decode(0, command.threads, sink); !done)
     fail_on_file(command.in, done.error());
-  (*renderer)->set_scene(scene, gpu::value_range(sink.take()));
+  const auto renderer =
+      gpu::ScalarRenderer::make(device, *samples, file.stream.info, gpu::value_range(sink.take()),
+                                {.access = command.access,
+                                 .cache_bytes = command.cache_mib << 20,
+                                 .width = scene.width,
+                                 .height = scene.height});
+  if (!renderer) fail_on_file(command.in, renderer.error());
+  if (const auto shown = (*renderer)->set_scene(scene); !shown)
+    fail_on_file(command.in, shown.error());
   Drawn drawn;
   for (std::uint32_t frame = 0; frame < command.frames; ++frame) {
     drawn.ms.push_back(1e3 * (*renderer)->render(camera_of(command, scene, frame)).gpu_seconds);

@@ -1,21 +1,12 @@
-// Pictures of a scalar volume from its encoded form, on a Vulkan device.
+// Images of scalars.
 //
-// Checked first, at three cameras of the path: the picture must be that of the reference in double
-// precision of the decoded volume, to kLeastPsnr. The error that the codec makes in pictures is
-// measured apart, against the reference of the original ("picture_error").
-//
-// A round is the camera path once, then the held view. There is no cache that could be filled: each
-// frame does the whole work.
+// Checked at three cameras of the path: the image must be that of the reference in double precision
+// of the decoded volume, but for rounding. The error that the codec makes in images is measured
+// apart, against the reference of the original ("picture_error").
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <thread>
-
-#include "codecs/container.hpp"
-#include "experiments/stages/encoded_volume.hpp"
-#include "experiments/stages/render_parts.hpp"
-#include "experiments/stages/render_runs.hpp"
+#include "experiments/stages/render_errors.hpp"
+#include "experiments/stages/render_subject.hpp"
 #include "gpu/scalars/reference.hpp"
 #include "gpu/scalars/renderer.hpp"
 
@@ -23,145 +14,83 @@ namespace cvr::experiments {
 
 namespace {
 
-constexpr double kLeastPsnr =
-    60;  ///< dB, of single against double precision; a wrong voxel value shows long before
-
-unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
-
-/// The mean of several pictures' differences.
-struct PictureErrors {
-  double mse = 0, largest = 0, ssim = 0;
-  std::uint64_t pixels = 0;
-  unsigned pictures = 0;
-
-  void add(const gpu::ImageDifference& difference) {
-    mse += difference.mse;
-    ssim += difference.ssim;
-    largest = std::max(largest, difference.largest);
-    pixels += difference.pixels;
-    ++pictures;
-  }
-  Row psnr_db() const { return mse > 0 ? Row(-10 * std::log10(mse / pictures)) : Row(nullptr); }
-};
-
-class ScalarRenderRun final : public StageRun {
+class ScalarSubject final : public RenderSubject {
  public:
-  ScalarRenderRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
-      : spec_(spec), truth_(truth), choice_(*spec_.render), scene_(scene_of(choice_)) {}
+  ScalarSubject(const RenderSetting& setting, const codecs::Decoder& decoder)
+      : setting_(setting),
+        decoder_(decoder),
+        progressive_(decoder.progressive_access()),
+        step_(step_of(setting.choice, progressive_)),
+        original_(volumes::read_all(setting.truth)),
+        range_(gpu::value_range(original_)) {}
 
-  Row prepare() override {
-    if (scene_.transfer.empty())
-      throw StageFailure(
-          kUnsupported,
-          fmt::format("scene {} has no transfer function, which scalars need", scene_.name));
-    device_ = std::make_unique<gpu::Device>(gpu::DeviceOptions{.choice = choice_.device});
-    const codecs::Buffer bytes = obtain_encoded(spec_, truth_);
-    const auto file = checked(codecs::open_file(bytes.bytes()));
-    const auto decoder = checked(codecs::open_decoder(file));
-    const codecs::ProgressiveAccess* progressive = decoder->progressive_access();
-    if (choice_.step && (progressive == nullptr || *choice_.step >= progressive->steps())) {
-      throw StageFailure(kUnsupported,
-                         fmt::format("step {}: the encoding has {}", *choice_.step,
-                                     progressive == nullptr ? 1 : progressive->steps()));
-    }
-    const unsigned step = choice_.step             ? *choice_.step
-                          : progressive == nullptr ? 0
-                                                   : progressive->steps() - 1;
-    renderer_ = checked(gpu::ScalarRenderer::make(*device_, checked(decoder->gpu_samples(step)),
-                                                  truth_.info(),
-                                                  {.access = choice_.access,
-                                                   .cache_bytes = choice_.cache_mib << 20,
-                                                   .width = choice_.width,
-                                                   .height = choice_.height}));
-    const volumes::Volume original = volumes::read_all(truth_);
-    const gpu::ValueRange range = gpu::value_range(original);
-    renderer_->set_scene(scene_, range);
-
-    volumes::VolumeSink sink(truth_.info());
-    checked(progressive == nullptr ? decoder->decode(0, cores(), sink)
-                                   : progressive->decode_step(step, cores(), sink));
-    Row parts;
-    parts["device"] = describe_device(*device_);
-    parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
-    if (progressive != nullptr) {
-      parts["step"] = {{"name", progressive->step_name(step)},
-                       {"bytes", progressive->step_bytes(step)}};
-    }
-    for (const auto& [name, seconds] : renderer_->start_parts())
-      parts["start"][name + "_s"] = seconds;
-    check_pictures(original, sink.take(), range, parts);
-    if (choice_.keep_pictures) {
-      renderer_->render(held_camera());
-      parts["pictures"] =
-          keep_pictures(spec_, gpu::render_scalars(original, scene_, range, held_camera(), cores()),
-                        renderer_->read_image());
-    }
-    parts["memory"] = describe_memory(renderer_->memory());
-    return parts;
+  /// The images are compared with those of what it decodes to.
+  void check_encoding(std::span<const std::byte>, Row&) override {}
+  void describe(Row& parts) const override {
+    if (progressive_ == nullptr) return;
+    parts["step"] = {{"name", progressive_->step_name(step_)},
+                     {"bytes", progressive_->step_bytes(step_)}};
   }
+  std::unique_ptr<gpu::FrameRenderer> make_renderer() override {
+    return checked(gpu::ScalarRenderer::make(setting_.device, checked(decoder_.gpu_samples(step_)),
+                                             setting_.truth.info(), range_,
+                                             setting_.options(false)));
+  }
+  gpu::Image reference(const Shot& shot) override { return image_of(original_, shot); }
 
-  std::vector<Sample> round() override {
-    std::vector<Sample> samples(1);
-    const Stopwatch watch;
-    double seconds = 0;
-    for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
-      const auto result = renderer_->render(scene_.camera(frame));
-      add_frame(result, 0, "frame", "pass/", samples);
-      seconds += result.gpu_seconds;
+  void check_images(gpu::FrameRenderer& renderer, Row& parts) override {
+    volumes::VolumeSink sink(setting_.truth.info());
+    checked(progressive_ == nullptr ? decoder_.decode(0, cores(), sink)
+                                    : progressive_->decode_step(step_, cores(), sink));
+    const volumes::Volume decoded = sink.take();
+    ImageErrors drawing, codec;
+    renderer.clear_counters();
+    for (const double part : kCheckedParts) {
+      const Shot shot{part, 1, setting_.scene.lod_bias};
+      setting_.settle(renderer, shot);
+      const gpu::Image image = renderer.read_image();
+      const ImageErrors errors = errors_of(image_of(decoded, shot), image);
+      require_scalar_image(errors, part);
+      drawing.add(errors);
+      codec.add(errors_of(reference(shot), image));
     }
-    samples.front() = watch.lap("path", scene_.frames);
-    samples.front().wall_seconds = seconds;
-    for (std::uint32_t frame = 0; frame < choice_.held_frames; ++frame)
-      add_frame(renderer_->render(held_camera()), 0, "held", "held-pass/", samples);
-    return samples;
+    parts["verification"] = {{"pixels_compared", drawing.pixels},
+                             {"psnr_db", psnr_row(drawing.mean_mse())},
+                             {"largest_difference", drawing.largest}};
+    parts["picture_error"] = {{"psnr_db", psnr_row(codec.mean_mse())},
+                              {"ssim", codec.mean_ssim()},
+                              {"largest", codec.largest},
+                              {"pixels", codec.pixels}};
+    for (const auto& [name, count] : renderer.read_counters()) parts["counters"][name] = count;
   }
 
  private:
-  gpu::Camera held_camera() const { return scene_.path.at(scene_.path.part_of(scene_.held)); }
-
-  void check_pictures(const volumes::Volume& original, const volumes::Volume& decoded,
-                      const gpu::ValueRange& range, Row& parts) {
-    PictureErrors renderer, codec;
-    std::uint64_t voxels = 0;
-    for (const double part : kCheckedParts) {
-      const gpu::Camera camera = scene_.path.at(part);
-      voxels += renderer_->render(camera).decoded;
-      const gpu::Image image = renderer_->read_image();
-      const gpu::ImageDifference difference =
-          gpu::compare(gpu::render_scalars(decoded, scene_, range, camera, cores()), image);
-      if (difference.mse > 0 && difference.psnr < kLeastPsnr) {
-        throw StageFailure(kFailed, fmt::format("at part {} of the path the picture is {:.1f} dB "
-                                                "from that of the reference, {:.0f} "
-                                                "at least were expected",
-                                                part, difference.psnr, kLeastPsnr));
-      }
-      renderer.add(difference);
-      codec.add(gpu::compare(gpu::render_scalars(original, scene_, range, camera, cores()), image));
-    }
-    parts["verification"] = {{"pixels_compared", renderer.pixels},
-                             {"psnr_db", renderer.psnr_db()},
-                             {"largest_difference", renderer.largest}};
-    parts["picture_error"] = {{"psnr_db", codec.psnr_db()},
-                              {"ssim", codec.ssim / codec.pictures},
-                              {"largest", codec.largest},
-                              {"pixels", codec.pixels}};
-    parts["counters"]["cells_decoded"] = voxels;
+  static unsigned step_of(const RenderChoice& choice,
+                          const codecs::ProgressiveAccess* progressive) {
+    const unsigned steps = progressive == nullptr ? 1 : progressive->steps();
+    if (choice.step && (progressive == nullptr || *choice.step >= steps))
+      throw StageFailure(kUnsupported,
+                         fmt::format("step {}: the encoding has {}", *choice.step, steps));
+    return choice.step.value_or(steps - 1);
+  }
+  gpu::Image image_of(const volumes::Volume& volume, const Shot& shot) const {
+    return gpu::render_scalars(volume, setting_.scene, range_, setting_.scene.path.at(shot.part),
+                               cores());
   }
 
-  WorkerSpec spec_;
-  const volumes::VolumeSource& truth_;
-  const RenderChoice& choice_;
-  gpu::Scene scene_;
-  std::unique_ptr<gpu::Device> device_;
-  std::unique_ptr<gpu::ScalarRenderer> renderer_;
+  const RenderSetting& setting_;
+  const codecs::Decoder& decoder_;
+  const codecs::ProgressiveAccess* progressive_;  ///< nullptr: one step
+  unsigned step_;
+  volumes::Volume original_;
+  gpu::ValueRange range_;
 };
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_scalar_render_run(const WorkerSpec& spec,
-                                                 const volumes::VolumeSource& truth) {
-  if (!spec.render) throw StageFailure(kFailed, "a render stage without its choices");
-  return std::make_unique<ScalarRenderRun>(spec, truth);
+std::unique_ptr<RenderSubject> make_scalar_subject(const RenderSetting& setting,
+                                                   const codecs::Decoder& decoder) {
+  return std::make_unique<ScalarSubject>(setting, decoder);
 }
 
 }  // namespace cvr::experiments

@@ -1,9 +1,9 @@
-// The stage render: images of the volume from its encoded form, on a Vulkan device (render.cpp,
-// render_scalars.cpp).
+// The stage render: images of the volume from its encoded form, on a Vulkan device
+// (render.cpp).
 #include <fmt/format.h>
 
 #include "experiments/stages/frame_times.hpp"
-#include "experiments/stages/render_runs.hpp"
+#include "experiments/stages/render_run.hpp"
 #include "experiments/stages/stage_kind.hpp"
 #include "gpu/caches/cache.hpp"
 
@@ -65,8 +65,7 @@ class RenderStage final : public StageKind {
 
   std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
                                      const volumes::VolumeSource& truth) const override {
-    return truth.info().kind == volumes::VolumeKind::kScalars ? make_scalar_render_run(spec, truth)
-                                                              : make_render_run(spec, truth);
+    return make_render_run(spec, truth);
   }
 
   void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {

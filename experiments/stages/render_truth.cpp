@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
@@ -19,10 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr float kOtherColour = 1.5F / 255;  ///< difference of a channel
-
-unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
-
 template <class T>
 void put(std::string& out, const std::vector<T>& values) {
   out.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
@@ -33,17 +26,6 @@ bool get(std::ifstream& in, std::vector<T>& values, std::size_t count) {
   values.resize(count);
   return static_cast<bool>(in.read(reinterpret_cast<char*>(values.data()),
                                    static_cast<std::streamsize>(count * sizeof(T))));
-}
-
-std::uint64_t count_other_colours(const gpu::Image& a, const gpu::Image& b) {
-  std::uint64_t count = 0;
-  for (std::size_t pixel = 0; pixel < a.pixels(); ++pixel) {
-    bool other = false;
-    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i)
-      other = other || std::abs(a.colour[i] - b.colour[i]) > kOtherColour;
-    count += other ? 1 : 0;
-  }
-  return count;
 }
 
 }  // namespace
@@ -157,22 +139,21 @@ gpu::Image RenderTruth::raw(const Shot& shot) {
   return std::move(picture.image);
 }
 
-PictureErrors RenderTruth::find_errors(const Shot& shot) {
+ImageErrors RenderTruth::find_errors(const Shot& shot) {
   const gpu::Image found = raw(shot), expected = reference(shot);
-  gpu::LabelCheck labels{.pixels = expected.pixels()};
-  if (expected.labels != found.labels) {
-    const gpu::Scene scene = scene_at(shot);
-    labels = gpu::check_labels(renderer(), scene, scene.path.at(shot.part), expected, found);
-  }
-  const gpu::ImageDifference difference = gpu::compare(expected, found);
-  return {found.pixels(),     labels.differing,
-          labels.near_ties,   count_other_colours(expected, found),
-          difference.largest, difference.mse};
+  ImageErrors errors = errors_of(expected, found);
+  if (errors.labels == 0) return errors;
+  const gpu::Scene scene = scene_at(shot);
+  const gpu::LabelCheck labels =
+      gpu::check_labels(renderer(), scene, scene.path.at(shot.part), expected, found);
+  errors.labels = labels.differing;
+  errors.near_ties = labels.near_ties;
+  return errors;
 }
 
-PictureErrors RenderTruth::errors_of_raw(const Shot& shot) {
+ImageErrors RenderTruth::errors_of_raw(const Shot& shot) {
   const auto path = fs::path(spec_.scratch) / file_of(shot, "errors");
-  PictureErrors errors;
+  ImageErrors errors;
   const auto bytes = reinterpret_cast<char*>(&errors);
   if (std::ifstream in(path, std::ios::binary);
       !spec_.scratch.empty() && in.read(bytes, sizeof errors))
@@ -181,15 +162,6 @@ PictureErrors RenderTruth::errors_of_raw(const Shot& shot) {
   if (spec_.scratch.empty()) return errors;
   keep_in_scratch(path, {bytes, sizeof errors});
   return errors;
-}
-
-void PictureErrors::add(const PictureErrors& other) {
-  pixels += other.pixels;
-  differing += other.differing;
-  near_ties += other.near_ties;
-  colours += other.colours;
-  largest = std::max(largest, other.largest);
-  mse = std::max(mse, other.mse);
 }
 
 }  // namespace cvr::experiments

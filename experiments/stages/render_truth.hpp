@@ -10,26 +10,13 @@
 #include <optional>
 #include <string>
 
+#include "experiments/stages/render_errors.hpp"
+#include "experiments/stages/render_parts.hpp"
 #include "experiments/stages/stage.hpp"
 #include "gpu/reference/reference.hpp"
 #include "gpu/renderer.hpp"
 
 namespace cvr::experiments {
-
-/// A picture of the scene from a part of its path.
-struct Shot {
-  double part = 0;
-  std::uint32_t samples = 1;
-  double lod_bias = 0;
-};
-
-/// What the comparison of pictures with the reference has found, all pictures together.
-struct PictureErrors {
-  std::uint64_t pixels = 0, differing = 0, near_ties = 0;
-  std::uint64_t colours = 0;    ///< pixels with a channel that differs by more than 1.5 / 255
-  double largest = 0, mse = 0;  ///< of the colours; the largest of all pictures
-  void add(const PictureErrors& other);
-};
 
 class RenderTruth {
  public:
@@ -42,7 +29,7 @@ class RenderTruth {
   /// Of `raw` with access `none`, settled.
   gpu::Image raw(const Shot& shot);
   /// Of raw's picture against the reference.
-  PictureErrors errors_of_raw(const Shot& shot);
+  ImageErrors errors_of_raw(const Shot& shot);
 
  private:
   gpu::Scene scene_at(const Shot& shot) const;
@@ -50,7 +37,7 @@ class RenderTruth {
   std::string file_of(const Shot& shot, const std::string& kind) const;
   void make_reference(const Shot& shot);
   void make_raw_renderer();
-  PictureErrors find_errors(const Shot& shot);
+  ImageErrors find_errors(const Shot& shot);
 
   struct Picture {
     gpu::Image image;

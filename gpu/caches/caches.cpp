@@ -11,25 +11,7 @@ CacheTraits voxel_cache_with_empty_space();
 CacheTraits brick_cache();
 CacheTraits cooperative_brick_cache();
 CacheTraits cooperative_shared_brick_cache();
-
-namespace {
-
-/// Deferred filtering of the transform vector quantisation paper.
-CacheTraits slice_ring() {
-  return {.id = "slices",
-          .summary = "scalars alone: slices are decoded into a ring of four or more, then filtered",
-          .sized = true,
-          .placeholders = false,
-          .labels = false,
-          .scalars = true,
-          .refuses =
-              [](const codecs::GpuEncoding&, const DeviceLimits&) {
-                return std::string("only scalar volumes are drawn by slices");
-              },
-          .make = nullptr};
-}
-
-}  // namespace
+CacheTraits slice_ring();
 
 std::span<const CacheTraits> all_caches() {
   static const CacheTraits kCaches[] = {no_cache(),

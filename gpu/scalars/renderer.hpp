@@ -1,57 +1,46 @@
-// The renderer of scalar volumes (transform vector quantisation paper, deferred filtering): slices
-// along the axis nearest to the view are decoded into a ring, from which values are interpolated
-// and gradients taken; or, for comparison, every sample decodes the voxels that it needs. The
-// paper's ring has the four slices that one slab needs; a larger one draws several slabs at a time.
-// Both draw the same picture (gpu/IMAGE.md, Scalars).
+// The renderer of scalar volumes (transform vector quantisation paper): sample planes between slices
+// are composited front to back. An access mode says where samples come from: from a ring of decoded
+// slices (deferred filtering), or, for comparison, each from the voxels that it needs, decoded
+// there. All draw the same image (gpu/IMAGE.md, Scalars).
 #pragma once
 
 #include <memory>
-#include <string_view>
-#include <vector>
 
 #include "codecs/gpu_samples.hpp"
-#include "gpu/caches/cache.hpp"
-#include "gpu/image.hpp"
+#include "gpu/frame_renderer.hpp"
 #include "gpu/scalars/transfer.hpp"
-#include "gpu/vulkan/commands.hpp"
+#include "volumes/volume.hpp"
 
 namespace cvr::gpu {
 
-struct ScalarFrameResult {
-  std::vector<PassTime>
-      passes;  ///< the whole frame is one pass, "render"; slices are decoded and drawn in turn
-  double gpu_seconds = 0;
-  double host_seconds = 0;
-  std::uint64_t decoded = 0;  ///< voxels decoded into slices
-};
-
-struct ScalarRenderOptions {
-  std::string access =
-      "slices";  ///< "none": each sample decodes what it needs; "slices": deferred filtering
-  std::uint64_t cache_bytes =
-      0;  ///< what the ring may take; it has four slices at least, at most those of the volume
-  std::uint32_t width = 640, height = 360;
-};
-
-class ScalarRenderer {
+class ScalarRenderer final : public FrameRenderer {
  public:
-  /// `samples` and its buffers outlive the call only. kUnsupported for other access modes and where
-  /// a device limit stands against it, kBadArgument for a picture without or with too many pixels.
-  static volumes::Expected<std::unique_ptr<ScalarRenderer>> make(
-      Device& device, const codecs::GpuSamples& samples, const volumes::VolumeInfo& info,
-      const ScalarRenderOptions& options);
-  ~ScalarRenderer();
+  /// `samples` and its buffers outlive the call only. `range`: what the ends of transfer functions
+  /// mean. kUnsupported where mode, codec or device do not go together. Of the options, shading
+  /// does not count (IMAGE.md), and there is one renderer, instrumented or not.
+  static volumes::Expected<std::unique_ptr<ScalarRenderer>> make(Device& device,
+                                                                 const codecs::GpuSamples& samples,
+                                                                 const volumes::VolumeInfo& info,
+                                                                 const ValueRange& range,
+                                                                 const RenderOptions& options);
+  ~ScalarRenderer() override;
 
-  /// `range`: what the ends of the transfer function mean.
-  void set_scene(const Scene& scene, const ValueRange& range);
-  /// Draws the slabs [first, last) of the view's order alone, to time a part of a large volume; all
-  /// by default.
-  ScalarFrameResult render(const Camera& camera, std::uint32_t first = 0,
-                           std::uint32_t last = UINT32_MAX);
+  volumes::Expected<std::vector<PassTime>> set_scene(const Scene& scene) override;
+  bool keeps_voxels() const override { return false; }
+  void clear_cache() override {}
+  /// The whole frame is one pass, "render"; slices are decoded and drawn in turn.
+  FrameResult render(const Camera& camera, bool restart = true) override;
+  /// Draws the slabs [first, last) of the view's order alone, to time a part of a large volume.
+  FrameResult render_slabs(const Camera& camera, std::uint32_t first, std::uint32_t last);
+  /// Every frame is exact.
+  Settled settle(const Camera& camera, std::uint32_t samples = 1) override;
   /// Colours; no labels, all pixels complete.
-  Image read_image() const;
-  std::vector<MemoryUse> memory() const;
-  std::vector<std::pair<std::string, double>> start_parts() const;
+  Image read_image() const override;
+  /// cells_decoded: voxels decoded into slices.
+  Counters read_counters() const override;
+  void clear_counters() override;
+  std::vector<MemoryUse> memory() const override;
+  std::vector<std::pair<std::string, double>> start_parts() const override;
 
  private:
   struct Impl;

@@ -68,6 +68,22 @@ Scene scalar_scene(std::uint32_t slice_samples = 1) {
   return scene;
 }
 
+/// Shows the scene; the transfer function spans the values of `volume`.
+std::unique_ptr<gpu::ScalarRenderer> make_renderer(const codecs::GpuSamples& samples,
+                                                   const Volume& volume, const Scene& scene,
+                                                   const std::string& access,
+                                                   std::uint64_t cache_bytes = 0) {
+  auto renderer =
+      gpu::ScalarRenderer::make(device(), samples, volume.info(), gpu::value_range(volume),
+                                {.access = access,
+                                 .cache_bytes = cache_bytes,
+                                 .width = scene.width,
+                                 .height = scene.height})
+          .value();
+  EXPECT_TRUE(renderer->set_scene(scene));
+  return renderer;
+}
+
 Image draw_scalars(const Volume& volume, const std::string& access, const Scene& scene,
                    const Camera& camera, std::uint64_t cache_bytes = 0) {
   const volumes::MemorySource source(volume);
@@ -75,10 +91,7 @@ Image draw_scalars(const Volume& volume, const std::string& access, const Scene&
   const auto file = codecs::open_file(encoded.bytes.bytes()).value();
   const auto decoder = codecs::open_decoder(file).value();
   const auto samples = decoder->gpu_samples(0).value();
-  auto renderer = gpu::ScalarRenderer::make(device(), samples, volume.info(),
-                                            {access, cache_bytes, scene.width, scene.height})
-                      .value();
-  renderer->set_scene(scene, gpu::value_range(volume));
+  auto renderer = make_renderer(samples, volume, scene, access, cache_bytes);
   renderer->render(camera);
   return renderer->read_image();
 }
@@ -164,13 +177,15 @@ TEST(Scalars, SlabsThatAreDrawnAloneAddUp) {
   const auto decoder = codecs::open_decoder(file).value();
   const auto samples = decoder->gpu_samples(0).value();
   const Scene scene = scalar_scene();
-  auto renderer = gpu::ScalarRenderer::make(device(), samples, volume.info(),
-                                            {"slices", 0, scene.width, scene.height})
-                      .value();
-  renderer->set_scene(scene, gpu::value_range(volume));
+  const auto renderer = make_renderer(samples, volume, scene, "slices");
   const Camera camera{.eye = {0.1, 0.2, 1.7}};
-  EXPECT_EQ(renderer->render(camera).decoded, volume.extent().voxels());
-  EXPECT_EQ(renderer->render(camera, 10, 20).decoded, 13 * 16 * 16);  // slices 9 to 21
+  renderer->render(camera);
+  const gpu::Counters whole{{"cells_decoded", volume.extent().voxels()}};
+  EXPECT_EQ(renderer->read_counters(), whole);
+  renderer->clear_counters();
+  renderer->render_slabs(camera, 10, 20);
+  const gpu::Counters part{{"cells_decoded", 13 * 16 * 16}};  // slices 9 to 21
+  EXPECT_EQ(renderer->read_counters(), part);
 }
 
 /// Every codec with a decoder of scalars for the GPU, every type, every progressive step: the
@@ -197,11 +212,8 @@ TEST(Scalars, EveryCodecDrawsWhatItDecodes) {
         const Image truth =
             render_scalars(sink.take(), scene, gpu::value_range(volume), corner_view(), 2);
         for (const char* access : {"none", "slices"}) {
-          auto renderer =
-              gpu::ScalarRenderer::make(device(), decoder->gpu_samples(step).value(), volume.info(),
-                                        {access, 0, scene.width, scene.height})
-                  .value();
-          renderer->set_scene(scene, gpu::value_range(volume));
+          const auto renderer =
+              make_renderer(decoder->gpu_samples(step).value(), volume, scene, access);
           renderer->render(corner_view());
           EXPECT_GT(psnr(truth, renderer->read_image()), kLeastPsnr)
               << codec->traits().id << ", " << name_of(type) << ", step " << step << ", " << access;
@@ -217,10 +229,14 @@ TEST(Scalars, RefusesWhatIsNotThere) {
   const Volume volume = blobs({8, 8, 8}, VoxelType::kU8);
   const codecs::GpuSamples samples{
       .decoder = "raw", .constants = {{"CVR_RAW_SCALAR", 0}}, .buffers = {}};
-  EXPECT_FALSE(
-      gpu::ScalarRenderer::make(device(), samples, volume.info(), {"brick", 0, 8, 8}).has_value());
-  EXPECT_FALSE(
-      gpu::ScalarRenderer::make(device(), samples, volume.info(), {"none", 0, 0, 8}).has_value());
+  const auto made = [&](const gpu::RenderOptions& options) {
+    return gpu::ScalarRenderer::make(device(), samples, volume.info(), {0, 255}, options)
+        .has_value();
+  };
+  EXPECT_TRUE(made({.access = "none", .width = 8, .height = 8}));
+  EXPECT_FALSE(made({.access = "brick", .width = 8, .height = 8}));
+  EXPECT_FALSE(made({.access = "no such mode", .width = 8, .height = 8}));
+  EXPECT_FALSE(made({.access = "none", .width = 0, .height = 8}));
 }
 
 }  // namespace
