@@ -7,6 +7,8 @@
 
 #include <string>
 
+#include "experiments/stages/stage.hpp"
+
 namespace cvr::experiments::cli {
 
 struct Environment {
@@ -14,6 +16,7 @@ struct Environment {
   std::string data;     ///< the folder that ${CVRBENCH_DATA} stands for; may be empty
   std::string cache;    ///< folder for raw copies of data sets
   std::string share;    ///< folder for noise floors and history
+  StageHooks* hooks;    ///< of the worker
 };
 
 int run_command_line(int argc, char** argv, const Environment& environment);

@@ -320,7 +320,8 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
 
   auto* working = app.add_subcommand("worker", "");
   working->group("");
-  working->callback([&exit_code] { exit_code = serve_worker(std::cin); });
+  working->callback(
+      [&environment, &exit_code] { exit_code = serve_worker(std::cin, *environment.hooks); });
 }
 
 }  // namespace cvr::experiments::cli

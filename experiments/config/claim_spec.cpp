@@ -13,14 +13,10 @@ namespace {
 
 constexpr double kLargest = 1e300;
 
-/// The value of a word in a table of names.
+/// find() of a table of names.
 template <class Names>
-auto named(const Names& names, std::vector<std::string> words, const std::string& what) {
-  using E = decltype(names.entries[0].first);
-  const auto word = one_word(std::move(words), what);
-  return Shape<std::remove_cvref_t<E>>{
-      [read = word.read, &names](const YamlValue& value) { return *names.find(read(value)); },
-      word.values, word.schema};
+auto finder(const Names& names) {
+  return [&names](std::string_view name) { return names.find(name); };
 }
 
 Shape<std::string> number_metric(MetricNames metrics) {
@@ -138,7 +134,7 @@ std::vector<Key<ClaimDraft>> claim_keys(const std::string& config_path, MetricNa
           },
           "", "In place of left and right: lines by ascending metric."),
       claim_key("compare", &ClaimSpec::compare,
-                named(kComparisonNames, {"difference", "ratio"}, "difference or ratio"), "",
+                named(finder(kComparisonNames), {"difference", "ratio"}, "difference or ratio"), "",
                 "left - right or left / right; needed beside right, value, published and order."),
       claim_key("at_least", &ClaimSpec::at_least, any, "",
                 "Bound of the figure, difference or ratio; one of them or both, not beside order."),
@@ -152,7 +148,7 @@ std::vector<Key<ClaimDraft>> claim_keys(const std::string& config_path, MetricNa
                 "A group for each combination of the values of these labels."),
       claim_key("where", &ClaimSpec::where, conditions(), "", "Restricts all sides."),
       claim_key("holds_in", &ClaimSpec::quorum,
-                named(kQuorumNames, {"all", "most", "some"}, "all, most or some"), "all",
+                named(finder(kQuorumNames), {"all", "most", "some"}, "all, most or some"), "all",
                 "Of the groups that can be checked, where the paper speaks of such a share."),
   };
 }

@@ -14,15 +14,6 @@ namespace cvr::experiments {
 
 namespace {
 
-std::vector<Key<TestFault>> fault_keys() {
-  return {required(key("fault", &TestFault::fault,
-                       one_word({"crash", "hang", "oom", "mismatch", "device-lost"},
-                                "crash, hang, oom, mismatch or device-lost"),
-                       "", "What goes wrong.")),
-          key("codec", &TestFault::codec, one_text(), "*", "Glob of the codecs that break."),
-          key("stage", &TestFault::stage, one_text(), "*", "Glob of the stages that break.")};
-}
-
 Shape<std::vector<unsigned>> levels() {
   const auto all = list_of(whole_number(0, 31), "levels, or all");
   return {[read = all.read](const YamlValue& value) {
@@ -136,10 +127,6 @@ std::vector<Key<ConfigDraft>> config_keys(const std::string& path, const Catalog
            infos_of(claim_keys(path, metrics)), "claims"),
       [](D& d, std::vector<ClaimSpec> claims) { d.config.claims = std::move(claims); }, "",
       "What papers say of these cells, each to be confirmed or refuted."));
-  keys.push_back(key<D>(
-      "test_fault", map_of(fault_keys(), "a map"),
-      [](D& d, TestFault fault) { d.config.test_fault = std::move(fault); }, "",
-      "Breaks workers on purpose, for tests."));
   return keys;
 }
 

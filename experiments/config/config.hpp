@@ -17,10 +17,6 @@
 
 namespace cvr::experiments {
 
-struct TestFault {
-  std::string fault, codec = "*", stage = "*";
-};
-
 struct Config {
   std::string path, hash, title;
   std::optional<double> scale;
@@ -35,7 +31,6 @@ struct Config {
   std::vector<Cell> cells;     ///< see cells_of()
   std::vector<TableSpec> tables;
   std::vector<ClaimSpec> claims;
-  std::optional<TestFault> test_fault;
 };
 
 /// The keys with simple values, which --set may name.

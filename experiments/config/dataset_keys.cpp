@@ -73,15 +73,6 @@ Shape<std::string> hash_shape() {
           words, std::string(kTextSchema)};
 }
 
-/// A value that a function of the volumes knows by its name.
-template <class T>
-Shape<T> named(std::optional<T> (*find)(std::string_view), std::vector<std::string> names,
-               const std::string& words) {
-  const auto word = one_word(std::move(names), words);
-  return {[read = word.read, find](const YamlValue& value) { return *find(read(value)); },
-          word.values, word.schema};
-}
-
 Shape<volumes::VolumeKind> kind_shape() {
   return named(volumes::volume_kind_from_name, {"labels", "scalars"}, "labels or scalars");
 }

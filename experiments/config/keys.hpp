@@ -108,6 +108,15 @@ Shape<bool> yes_or_no();
 /// One of few words; `words` "local, shadow or ao" stands in errors.
 Shape<std::string> one_word(std::vector<std::string> names, std::string words);
 
+/// A word that stands for a value; `find` knows the values of all `names`.
+template <class Find>
+auto named(Find find, std::vector<std::string> names, std::string words) {
+  using T = typename decltype(find(std::string_view()))::value_type;
+  const auto word = one_word(std::move(names), std::move(words));
+  return Shape<T>{[read = word.read, find](const YamlValue& value) { return *find(read(value)); },
+                  word.values, word.schema};
+}
+
 /// A list; `what` its elements are.
 template <class T>
 Shape<std::vector<T>> list_of(const Shape<T>& shape, const std::string& what) {

@@ -234,15 +234,6 @@ RenderOption size_option() {
   return made;
 }
 
-Shape<gpu::Shading> shading_shape() {
-  std::vector<std::string> names;
-  for (const gpu::Shading shading : gpu::kShadings) names.emplace_back(gpu::name_of(shading));
-  const std::string words = fmt::format("one of {}", fmt::join(names, ", "));
-  const auto word = one_word(std::move(names), words);
-  return {[read = word.read](const YamlValue& v) { return *gpu::shading_from_name(read(v)); },
-          word.values, word.schema};
-}
-
 Shape<std::uint64_t> brick_size() {
   const auto any = whole_number(2, 64);
   return {[read = any.read](const YamlValue& value) {
@@ -261,7 +252,7 @@ std::vector<RenderOption> make_options() {
       carried_in_rows(&C::scene_path, "scene_path"),
       carried_in_rows(&C::scene_hash, "scene_hash"),
       access_option(),
-      option(&C::shading, shading_shape(),
+      option(&C::shading, shading_shape("one of local, shadow, ao"),
              {.key = "shadings",
               .name = "shading",
               .is_label = true,

@@ -123,14 +123,6 @@ std::vector<gpu::TransferPoint> read_transfer(const YamlValue& value) {
   return points;
 }
 
-Shape<gpu::Shading> shading_shape() {
-  std::vector<std::string> names;
-  for (const gpu::Shading known : gpu::kShadings) names.emplace_back(gpu::name_of(known));
-  const auto word = one_word(std::move(names), "local, shadow or ao");
-  return {[read = word.read](const YamlValue& v) { return *gpu::shading_from_name(read(v)); },
-          word.values, word.schema};
-}
-
 /// A key of the scene itself.
 template <class T, class M>
 Key<SceneDraft> scene_key(std::string name, M gpu::Scene::*member, const Shape<T>& shape,
@@ -156,6 +148,12 @@ std::vector<fs::path> scene_folders() {
 }
 
 }  // namespace
+
+Shape<gpu::Shading> shading_shape(std::string words) {
+  std::vector<std::string> names;
+  for (const gpu::Shading known : gpu::kShadings) names.emplace_back(gpu::name_of(known));
+  return named(gpu::shading_from_name, std::move(names), std::move(words));
+}
 
 std::vector<Key<gpu::Camera>> camera_keys() {
   using C = gpu::Camera;
@@ -230,7 +228,8 @@ std::vector<Key<SceneDraft>> scene_keys() {
                 "Of scalars: points of a transfer function, linear between them."),
       scene_key("slice_samples", &S::slice_samples, whole_number(1, kMostSliceSamples), "1",
                 "Sample planes between two slices of a scalar volume."),
-      scene_key("shading", &S::shading, shading_shape(), "local", "How labels are shaded."),
+      scene_key("shading", &S::shading, shading_shape("local, shadow or ao"), "local",
+                "How labels are shaded."),
       scene_key("light", &S::light, direction_shape(), "[0.4, 0.8, 0.45]", "Towards the light."),
       scene_key("ambient", &S::ambient, real_number(0, 1), "0.35", "Light from everywhere."),
       scene_key("ao_distance", &S::ao_distance, real_number(1e-6, kFarthest), "0.1",

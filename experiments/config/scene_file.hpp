@@ -21,6 +21,9 @@ std::vector<Key<gpu::Camera>> camera_keys();
 std::vector<Key<gpu::MaterialRule>> material_keys();
 std::vector<Key<gpu::TransferPoint>> transfer_keys();
 
+/// "local", "shadow" or "ao"; `words` stand in errors.
+Shape<gpu::Shading> shading_shape(std::string words);
+
 /// Reads a scene; its name is that of the file without the ending. Throws InputError.
 gpu::Scene load_scene(const std::string& path);
 

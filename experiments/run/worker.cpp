@@ -59,16 +59,6 @@ std::uint64_t peak_memory() {
   return 0;
 }
 
-void break_on_purpose(const std::string& fault) {
-  if (fault == "crash") std::raise(SIGSEGV);
-  while (fault == "hang") pause();
-  std::vector<std::unique_ptr<char[]>> blocks;
-  while (fault == "oom") {
-    constexpr std::size_t kBlock = 16 << 20;
-    blocks.push_back(std::make_unique<char[]>(kBlock));
-  }
-}
-
 /// The parent's end of the answers.
 class Answers {
  public:
@@ -94,24 +84,28 @@ class Answers {
   int descriptor_;
 };
 
-void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers) {
+void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers, StageHooks& hooks) {
   const auto truth = spec.raw_path.empty()
                          ? open_location(spec.location, spec.threads)
                          : volumes::open_volume(spec.raw_path, spec.location.info.kind);
-  break_on_purpose(spec.fault);
-  const auto stage = make_stage_run(spec, *truth);
+  hooks.begin(spec);
+  const std::function<void()> before_submission = hooks.before_submission(spec);
+  const auto stage = make_stage_run({spec, *truth, hooks.source(spec, *truth), before_submission});
   const Row parts = stage->prepare();
   malloc_trim(0);  // what the check has freed is not the rounds'
   reset_peak_memory();
   answers.send({{"event", "ready"}, {"parts", parts}});
-  for (std::string line; std::getline(in, line) && line == "round";)
-    answers.send(
-        {{"event", "round"}, {"samples", to_row(stage->round())}, {"peak_bytes", peak_memory()}});
+  for (std::string line; std::getline(in, line) && line == "round";) {
+    hooks.begin_round();
+    std::vector<Sample> samples = stage->round();
+    hooks.end_round(samples);
+    answers.send({{"event", "round"}, {"samples", to_row(samples)}, {"peak_bytes", peak_memory()}});
+  }
 }
 
 }  // namespace
 
-int serve_worker(std::istream& in) {
+int serve_worker(std::istream& in, StageHooks& hooks) {
   const Answers answers;
   const auto failure = [&answers](std::string_view status, std::string_view reason,
                                   bool environment = false) {
@@ -126,7 +120,7 @@ int serve_worker(std::istream& in) {
     std::getline(in, line);
     const WorkerSpec spec = worker_spec_from_json(line);
     limit_memory(spec);
-    serve(spec, in, answers);
+    serve(spec, in, answers, hooks);
     return 0;
   } catch (const StageFailure& error) {
     return failure(error.status(), error.what());

@@ -12,11 +12,13 @@
 
 #include <istream>
 
+#include "experiments/stages/stage.hpp"
+
 namespace cvr::experiments {
 
 /// Answers go to the standard output that the process was started with; what libraries print there
 /// joins standard error. Returns the exit code: 0 after stop, 1 after a failure event or when the
 /// answers cannot be written.
-int serve_worker(std::istream& in);
+int serve_worker(std::istream& in, StageHooks& hooks);
 
 }  // namespace cvr::experiments

@@ -1,7 +1,6 @@
 #include "experiments/run/worker_setup.hpp"
 
 #include <fmt/format.h>
-#include <fnmatch.h>
 
 #include <algorithm>
 #include <cctype>
@@ -49,10 +48,6 @@ WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const Raw
   spec.render = planned.cell.render;
   if (spec.render && spec.render->keep_pictures)
     spec.pictures = place_of_pictures(planned, folder.path());
-  if (config.test_fault && fnmatch(config.test_fault->codec.c_str(), spec.codec.c_str(), 0) == 0 &&
-      fnmatch(config.test_fault->stage.c_str(), spec.stage.c_str(), 0) == 0) {
-    spec.fault = config.test_fault->fault;
-  }
   return spec;
 }
 

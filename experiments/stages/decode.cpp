@@ -12,14 +12,11 @@ namespace {
 
 class DecodeRun final : public StageRun {
  public:
-  DecodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
-      : spec_(spec), truth_(truth) {}
+  explicit DecodeRun(const StageInput& input)
+      : spec_(input.spec), truth_(input.truth), source_(input.source) {}
 
   Row prepare() override {
-    const AlteredSource altered(truth_);
-    const volumes::VolumeSource& source =
-        spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
-    bytes_ = obtain_encoded(spec_, source);
+    bytes_ = obtain_encoded(spec_, source_);
     Row parts;
     verify(bytes_.bytes(), truth_, spec_.threads, parts);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
@@ -53,6 +50,7 @@ class DecodeRun final : public StageRun {
 
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
+  const volumes::VolumeSource& source_;
   codecs::Buffer bytes_;
   std::optional<codecs::OpenedFile> file_;
   std::optional<Destination> destination_;
@@ -79,9 +77,8 @@ class DecodeStage final : public StageKind {
     const codecs::MemoryEstimate need = estimate_of(cell, info);
     return to + need.file + need.decode;
   }
-  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
-                                     const volumes::VolumeSource& truth) const override {
-    return std::make_unique<DecodeRun>(spec, truth);
+  std::unique_ptr<StageRun> make_run(const StageInput& input) const override {
+    return std::make_unique<DecodeRun>(input);
   }
 };
 

@@ -12,19 +12,22 @@ namespace {
 
 class EncodeRun final : public StageRun {
  public:
-  EncodeRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
-      : spec_(spec), truth_(truth), altered_(truth), codec_(*codecs::find_codec(spec.codec)) {
+  explicit EncodeRun(const StageInput& input)
+      : spec_(input.spec),
+        truth_(input.truth),
+        source_(input.source),
+        codec_(*codecs::find_codec(input.spec.codec)) {
     parameters_ = checked(
-        codecs::Parameters::parse(codec_.parameters(), codecs::split_canonical(spec.parameters)));
+        codecs::Parameters::parse(codec_.parameters(), codecs::split_canonical(spec_.parameters)));
   }
 
   Row prepare() override {
     // One thread against as many as the cell or the machine has, at least two.
     const unsigned other =
         spec_.threads > 1 ? 1 : std::max(2u, std::thread::hardware_concurrency());
-    const auto encoded = checked(codecs::encode(codec_, source(), parameters_, spec_.threads));
+    const auto encoded = checked(codecs::encode(codec_, source_, parameters_, spec_.threads));
     {
-      const auto again = checked(codecs::encode(codec_, source(), parameters_, other));
+      const auto again = checked(codecs::encode(codec_, source_, parameters_, other));
       if (!std::ranges::equal(encoded.bytes.bytes(), again.bytes.bytes())) {
         throw StageFailure(kFailed, "encoding with " + std::to_string(spec_.threads) +
                                         " and with " + std::to_string(other) +
@@ -50,21 +53,16 @@ class EncodeRun final : public StageRun {
 
   std::vector<Sample> round() override {
     const Stopwatch watch;
-    const auto encoded = codecs::encode(codec_, source(), parameters_, spec_.threads);
+    const auto encoded = codecs::encode(codec_, source_, parameters_, spec_.threads);
     auto sample = watch.lap("encode", truth_.info().extent.voxels());
     if (!encoded) fail_stage(encoded.error());
     return {sample};
   }
 
  private:
-  const volumes::VolumeSource& source() const {
-    if (spec_.fault == "mismatch") return altered_;
-    return truth_;
-  }
-
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
-  AlteredSource altered_;
+  const volumes::VolumeSource& source_;
   const codecs::Codec& codec_;
   codecs::Parameters parameters_;
 };
@@ -89,9 +87,8 @@ class EncodeStage final : public StageKind {
     const codecs::MemoryEstimate need = estimate_of(cell, info);
     return process_memory(cell) + need.file + need.encode;
   }
-  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
-                                     const volumes::VolumeSource& truth) const override {
-    return std::make_unique<EncodeRun>(spec, truth);
+  std::unique_ptr<StageRun> make_run(const StageInput& input) const override {
+    return std::make_unique<EncodeRun>(input);
   }
 };
 

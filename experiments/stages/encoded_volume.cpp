@@ -66,7 +66,7 @@ std::uint64_t xz_size(std::span<const std::byte> bytes) {
 
 std::filesystem::path scratch_path(const WorkerSpec& spec) {
   const std::string text =
-      fmt::format("{}|{}|{}|{}", spec.location.identity, spec.codec, spec.parameters, spec.fault);
+      fmt::format("{}|{}|{}|", spec.location.identity, spec.codec, spec.parameters);
   return std::filesystem::path(spec.scratch) /
          fmt::format("{:016x}.cvr", XXH3_64bits(text.data(), text.size()));
 }
@@ -254,11 +254,6 @@ void verify_once(const WorkerSpec& spec, std::span<const std::byte> bytes,
     keep_in_scratch(path, found.dump());
   }
   parts.update(found);
-}
-
-void AlteredSource::read(const volumes::Box& box, std::byte* out) const {
-  truth_.read(box, out);
-  if (box.origin == volumes::Coordinate{} && box.size.voxels() > 0) out[0] ^= std::byte{1};
 }
 
 }  // namespace cvr::experiments

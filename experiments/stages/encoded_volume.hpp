@@ -43,16 +43,4 @@ void verify_once(const WorkerSpec& spec, std::span<const std::byte> file,
 /// {largest_error, mean_squared_error}.
 Row describe_recorded(const codecs::RecordedError& recorded);
 
-/// The original with one voxel changed: the test fault "mismatch" encodes it, so that the
-/// comparison must fail.
-class AlteredSource final : public volumes::VolumeSource {
- public:
-  explicit AlteredSource(const volumes::VolumeSource& truth) : truth_(truth) {}
-  const volumes::VolumeInfo& info() const override { return truth_.info(); }
-  void read(const volumes::Box& box, std::byte* out) const override;
-
- private:
-  const volumes::VolumeSource& truth_;
-};
-
 }  // namespace cvr::experiments

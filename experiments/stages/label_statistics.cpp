@@ -115,14 +115,11 @@ Counted count_bricks(const codecs::BrickAccess& bricks, const volumes::VolumeInf
 
 class LabelStatisticsRun final : public StageRun {
  public:
-  LabelStatisticsRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
-      : spec_(spec), truth_(truth) {}
+  explicit LabelStatisticsRun(const StageInput& input)
+      : spec_(input.spec), truth_(input.truth), source_(input.source) {}
 
   Row prepare() override {
-    const AlteredSource altered(truth_);
-    const volumes::VolumeSource& source =
-        spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
-    bytes_ = obtain_encoded(spec_, source);
+    bytes_ = obtain_encoded(spec_, source_);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
     Row parts;
     parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
@@ -176,6 +173,7 @@ class LabelStatisticsRun final : public StageRun {
 
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
+  const volumes::VolumeSource& source_;
   codecs::Buffer bytes_;
   std::optional<codecs::OpenedFile> file_;
 };
@@ -205,9 +203,8 @@ class LabelStatisticsStage final : public StageKind {
         static_cast<double>(info.extent.x * info.extent.y * planes * size_of(info.type));
     return process_memory(cell) + need.file + need.decode + slab;
   }
-  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
-                                     const volumes::VolumeSource& truth) const override {
-    return std::make_unique<LabelStatisticsRun>(spec, truth);
+  std::unique_ptr<StageRun> make_run(const StageInput& input) const override {
+    return std::make_unique<LabelStatisticsRun>(input);
   }
   void add_times(const Measured& measured, const volumes::VolumeInfo& info,
                  Row& row) const override {

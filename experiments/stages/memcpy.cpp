@@ -56,9 +56,8 @@ class MemcpyRun final : public StageRun {
 
 }  // namespace
 
-std::unique_ptr<StageRun> make_memcpy_run(const WorkerSpec& spec,
-                                          const volumes::VolumeSource& truth) {
-  return std::make_unique<MemcpyRun>(spec, truth);
+std::unique_ptr<StageRun> make_memcpy_run(const StageInput& input) {
+  return std::make_unique<MemcpyRun>(input.spec, input.truth);
 }
 
 }  // namespace cvr::experiments

@@ -7,8 +7,6 @@
 
 namespace cvr::experiments {
 
-/// `truth` outlives the result.
-std::unique_ptr<StageRun> make_memcpy_run(const WorkerSpec& spec,
-                                          const volumes::VolumeSource& truth);
+std::unique_ptr<StageRun> make_memcpy_run(const StageInput& input);
 
 }  // namespace cvr::experiments

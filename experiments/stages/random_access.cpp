@@ -68,14 +68,11 @@ class ByBricks final : public codecs::VoxelAccess {
 
 class RandomAccessRun final : public StageRun {
  public:
-  RandomAccessRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
-      : spec_(spec), truth_(truth) {}
+  explicit RandomAccessRun(const StageInput& input)
+      : spec_(input.spec), truth_(input.truth), source_(input.source) {}
 
   Row prepare() override {
-    const AlteredSource altered(truth_);
-    const volumes::VolumeSource& source =
-        spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
-    bytes_ = obtain_encoded(spec_, source);
+    bytes_ = obtain_encoded(spec_, source_);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
     decoder_ = checked(codecs::open_decoder(*file_));
     access_ = decoder_->voxel_access();
@@ -164,6 +161,7 @@ class RandomAccessRun final : public StageRun {
 
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
+  const volumes::VolumeSource& source_;
   codecs::Buffer bytes_;
   std::optional<codecs::OpenedFile> file_;
   std::unique_ptr<codecs::Decoder> decoder_;
@@ -206,9 +204,8 @@ class RandomAccessStage final : public StageKind {
     return process_memory(cell) + need.file + need.open +
            points * ((labels ? 3 : 2) * sizeof(volumes::Coordinate) + sizeof(std::uint64_t));
   }
-  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
-                                     const volumes::VolumeSource& truth) const override {
-    return std::make_unique<RandomAccessRun>(spec, truth);
+  std::unique_ptr<StageRun> make_run(const StageInput& input) const override {
+    return std::make_unique<RandomAccessRun>(input);
   }
 
   void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {

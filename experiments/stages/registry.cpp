@@ -47,10 +47,9 @@ const StageKind& kind_of(const WorkerSpec& spec) {
   return *kind;
 }
 
-std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec,
-                                         const volumes::VolumeSource& truth) {
-  if (spec.codec == kMemcpy) return make_memcpy_run(spec, truth);
-  return kind_of(spec).make_run(spec, truth);
+std::unique_ptr<StageRun> make_stage_run(const StageInput& input) {
+  if (input.spec.codec == kMemcpy) return make_memcpy_run(input);
+  return kind_of(input.spec).make_run(input);
 }
 
 void StageKind::add_times(const Measured& measured, const volumes::VolumeInfo& info,

@@ -33,17 +33,20 @@ void require_scene(const gpu::Scene& scene, volumes::VolumeKind kind) {
 
 class RenderRun final : public StageRun {
  public:
-  RenderRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
-      : spec_(spec), truth_(truth), choice_(*spec_.render), scene_(scene_of(choice_)) {}
+  explicit RenderRun(const StageInput& input)
+      : spec_(input.spec),
+        truth_(input.truth),
+        source_(input.source),
+        before_submission_(input.before_submission),
+        choice_(*spec_.render),
+        scene_(scene_of(choice_)) {}
 
   Row prepare() override {
     require_scene(scene_, truth_.info().kind);
-    device_ = std::make_unique<gpu::Device>(gpu::DeviceOptions{.choice = choice_.device});
+    device_ = std::make_unique<gpu::Device>(
+        gpu::DeviceOptions{.choice = choice_.device, .before_submission = before_submission_});
     const RenderSetting setting = this->setting();
-    const AlteredSource altered(truth_);
-    const volumes::VolumeSource& source =
-        spec_.fault == "mismatch" ? static_cast<const volumes::VolumeSource&>(altered) : truth_;
-    const codecs::Buffer bytes = obtain_encoded(spec_, source);
+    const codecs::Buffer bytes = obtain_encoded(spec_, source_);
     const auto file = checked(codecs::open_file(bytes.bytes()));
     const auto decoder = checked(codecs::open_decoder(file));
     const auto subject = truth_.info().kind == volumes::VolumeKind::kLabels
@@ -74,7 +77,6 @@ class RenderRun final : public StageRun {
     std::vector<Sample> samples(1);
     const Stopwatch watch;
     renderer_->clear_cache();
-    if (spec_.fault == "device-lost") device_->lose_on_purpose();
     double seconds = 0;
     for (std::uint32_t frame = 0; frame < scene_.frames; ++frame) {
       for (std::uint32_t sample = 0; sample < choice_.ao_samples; ++sample) {
@@ -96,6 +98,8 @@ class RenderRun final : public StageRun {
 
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
+  const volumes::VolumeSource& source_;
+  std::function<void()> before_submission_;
   const RenderChoice& choice_;
   gpu::Scene scene_;
   std::unique_ptr<gpu::Device> device_;

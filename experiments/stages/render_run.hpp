@@ -7,8 +7,7 @@
 
 namespace cvr::experiments {
 
-/// Of labels and scalars; `truth` outlives the result.
-std::unique_ptr<StageRun> make_render_run(const WorkerSpec& spec,
-                                          const volumes::VolumeSource& truth);
+/// Of labels and scalars.
+std::unique_ptr<StageRun> make_render_run(const StageInput& input);
 
 }  // namespace cvr::experiments

@@ -63,9 +63,8 @@ class RenderStage final : public StageKind {
   bool limits_address_space() const override { return false; }  // drivers reserve as they like
   bool takes_turns_on_a_core(const Cell&) const override { return false; }
 
-  std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
-                                     const volumes::VolumeSource& truth) const override {
-    return make_render_run(spec, truth);
+  std::unique_ptr<StageRun> make_run(const StageInput& input) const override {
+    return make_render_run(input);
   }
 
   void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {

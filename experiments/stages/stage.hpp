@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -28,6 +29,31 @@ class StageFailure : public std::runtime_error {
 
  private:
   std::string status_;
+};
+
+/// What a stage works on; all outlive its run.
+struct StageInput {
+  const WorkerSpec& spec;
+  const volumes::VolumeSource& truth;
+  const volumes::VolumeSource& source;             ///< what is encoded: the truth, but in tests
+  const std::function<void()>& before_submission;  ///< see gpu::DeviceOptions
+};
+
+/// What a build of the worker for tests changes (tests/faults); the program's own changes nothing.
+class StageHooks {
+ public:
+  virtual ~StageHooks() = default;
+  /// Before the check; need not come back.
+  virtual void begin(const WorkerSpec&) {}
+  /// What is encoded in place of the original; the original itself, or what lives as long as this.
+  virtual const volumes::VolumeSource& source(const WorkerSpec&,
+                                              const volumes::VolumeSource& truth) {
+    return truth;
+  }
+  virtual std::function<void()> before_submission(const WorkerSpec&) { return {}; }
+  virtual void begin_round() {}
+  /// Samples as the stage has taken them.
+  virtual void end_round(std::vector<Sample>&) {}
 };
 
 class StageRun {

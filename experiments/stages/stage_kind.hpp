@@ -43,9 +43,7 @@ class StageKind {
   /// Whether one thread does the timed work, so that two programs can take turns on one core.
   virtual bool takes_turns_on_a_core(const Cell& cell) const { return cell.threads.count == 1; }
 
-  /// `truth` outlives the result.
-  virtual std::unique_ptr<StageRun> make_run(const WorkerSpec& spec,
-                                             const volumes::VolumeSource& truth) const = 0;
+  virtual std::unique_ptr<StageRun> make_run(const StageInput& input) const = 0;
 
   /// What the rounds add to the row: "time" has the number of rounds and why they ended already.
   virtual void add_times(const Measured& measured, const volumes::VolumeInfo& info, Row& row) const;
@@ -60,9 +58,8 @@ const StageKind& kind_of(const Cell& cell);
 /// Throws StageFailure where there is none of this id.
 const StageKind& kind_of(const WorkerSpec& spec);
 
-/// The run of a cell: of memcpy, or of the stage's own kind. `truth` outlives it.
-std::unique_ptr<StageRun> make_stage_run(const WorkerSpec& spec,
-                                         const volumes::VolumeSource& truth);
+/// The run of a cell: of memcpy, or of the stage's own kind.
+std::unique_ptr<StageRun> make_stage_run(const StageInput& input);
 
 const StageKind& encode_stage();
 const StageKind& decode_stage();

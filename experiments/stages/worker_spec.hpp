@@ -24,8 +24,7 @@ struct WorkerSpec {
   std::string scratch;   ///< folder for encoded files, shared by the stages of a run; empty: none
   std::string pictures;  ///< path that kept pictures begin with; empty: none are kept
   std::uint64_t seed = 1;
-  std::vector<unsigned> lods;  ///< empty: all
-  std::string fault;
+  std::vector<unsigned> lods;          ///< empty: all
   std::optional<RenderChoice> render;  ///< of the render stage
 };
 

@@ -8,6 +8,7 @@
 #include <vulkan/vulkan.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -41,6 +42,8 @@ struct DeviceOptions {
       choice;  ///< an index, or a part of a name or type, in any case; empty: the first software device, else the first usable
   bool validation = false;    ///< the Khronos validation layer: core, synchronisation
   bool gpu_assisted = false;  ///< and its GPU-assisted checks
+  /// Called where the device is waited for; may throw DeviceError as a driver's answer would be.
+  std::function<void()> before_submission = {};
 };
 
 struct DeviceLimits {
@@ -78,9 +81,6 @@ class Device {
   /// names the device and `what`, the work in words, where the device is lost, memory runs out or
   /// nothing ends for ten minutes.
   void run(VkCommandBuffer commands, const std::string& what);
-  /// From now on run() finds the device lost, as a driver reports it: for tests, which cannot make
-  /// a driver lose one.
-  void lose_on_purpose() { lost_on_purpose_ = true; }
 
   double timestamp_period() const { return period_; }  ///< ns a tick
   std::uint32_t timestamp_bits() const { return timestamp_bits_; }
@@ -94,7 +94,7 @@ class Device {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;  ///< of run()
-  bool lost_on_purpose_ = false;
+  std::function<void()> before_submission_;
   std::uint32_t family_ = 0, timestamp_bits_ = 64;
   double period_ = 1;
   DeviceReport report_;

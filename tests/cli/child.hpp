@@ -47,8 +47,10 @@ inline std::vector<pid_t> marked_processes(const std::string& mark) {
 
 class Child {
  public:
-  /// `arguments` behind the program's name, in the folder of `program`.
-  Child(const Program& program, const std::vector<std::string>& arguments)
+  /// `arguments` behind the program's name, in the folder of `program`. `fault`: of tests/faults, by
+  /// the program whose workers fail.
+  Child(const Program& program, const std::vector<std::string>& arguments,
+        const std::string& fault = "")
       : mark_(program / "mark") {
     pid_ = fork();
     if (pid_ != 0) return;
@@ -66,7 +68,8 @@ class Child {
     for (const std::string& argument : arguments)
       words.push_back(const_cast<char*>(argument.c_str()));
     words.push_back(nullptr);
-    execv(CVRBENCH_PROGRAM, words.data());
+    setenv("CVRBENCH_TEST_FAULT", fault.c_str(), 1);
+    execv(fault.empty() ? CVRBENCH_PROGRAM : CVRBENCH_FAULTY, words.data());
     _exit(127);
   }
   ~Child() {

@@ -35,9 +35,9 @@ claims:
 
 class Judging : public testing::Test {
  protected:
-  void expect_nothing(const std::string& arguments, int exit_code,
-                      const std::string& sentence) const {
-    const Outcome outcome = program_.run(arguments);
+  void expect_nothing(const std::string& arguments, int exit_code, const std::string& sentence,
+                      const std::string& fault = "none") const {
+    const Outcome outcome = program_.run_with_fault(fault, arguments);
     EXPECT_EQ(outcome.exit_code, exit_code) << arguments << "\n" << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr(sentence)) << arguments;
   }
@@ -64,10 +64,12 @@ TEST_F(Judging, ARunWithoutDataIsTheEnvironmentsFault) {
 }
 
 TEST_F(Judging, ARunWhoseCellsAllFailHasFailed) {
-  program_.write("c.yaml", std::string(kSmall) + "test_fault: {fault: crash}\n");
-  expect_nothing("run c.yaml --out o", 1, "nothing was measured: no cell is ok (2 failed)");
-  program_.write("h.yaml", std::string(kSmall) + "timeout_s: 0.3\ntest_fault: {fault: hang}\n");
-  expect_nothing("run h.yaml --out h", 1, "nothing was measured: no cell is ok (2 timeout)");
+  program_.write("c.yaml", kSmall);
+  expect_nothing("run c.yaml --out o", 1, "nothing was measured: no cell is ok (2 failed)",
+                 "crash");
+  program_.write("h.yaml", std::string(kSmall) + "timeout_s: 0.3\n");
+  expect_nothing("run h.yaml --out h", 1, "nothing was measured: no cell is ok (2 timeout)",
+                 "hang");
   program_.write("u.yaml",
                  "rounds: 1\nmatrix:\n  - {datasets: [{generator: cells, extent: [8, 8, 8], name: "
                  "b}], codecs: [bc4], stages: [random-access]}\n");

@@ -70,12 +70,8 @@ std::map<std::string, std::vector<double>> rounds_in(const std::string& journal)
 class Kill : public testing::Test {
  protected:
   void SetUp() override { program_.write("c.yaml", kConfig); }
-  /// A run that hangs in its last cell, with rows and a journal.
-  void write_hanging_config() const {
-    program_.write(
-        "hang.yaml",
-        std::string(kConfig) + "test_fault: {fault: hang, codec: raw, stage: random-access}\n");
-  }
+  /// Of a run that hangs in its last cell, with rows and a journal.
+  static constexpr const char* kHang = "hang raw random-access";
   bool hangs(const Child& child, const std::string& out = "o") const {
     return wait_until([&] {
       return whole_lines(program_.read(out + "/rows.jsonl")).size() >= 4 && child.processes() >= 2;
@@ -181,10 +177,9 @@ TEST_F(Kill, AHundredKillsLoseNothing) {
 }
 
 TEST_F(Kill, SignalsEndTheWorkersAndLeaveWholeFiles) {
-  write_hanging_config();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     const std::string out = fmt::format("s{}", number);
-    Child child(program_, {"run", "hang.yaml", "--out", out});
+    Child child(program_, {"run", "c.yaml", "--out", out}, kHang);
     ASSERT_TRUE(hangs(child, out));
     child.send(number);
     const int status = child.wait();
@@ -200,11 +195,11 @@ TEST_F(Kill, SignalsEndTheWorkersAndLeaveWholeFiles) {
 }
 
 TEST_F(Kill, AShellSeesTheSignalInTheExitCode) {
-  write_hanging_config();
   const std::string command = "cd " + (program_ / "") +
                               " && XDG_CACHE_HOME=" + (program_ / "cache") +
-                              " timeout -s TERM 5 " CVRBENCH_PROGRAM
-                              " run hang.yaml --out o >/dev/null 2>&1; test $? = 124 && "
+                              " CVRBENCH_TEST_FAULT='" + kHang +
+                              "' timeout -s TERM 5 " CVRBENCH_FAULTY
+                              " run c.yaml --out o >/dev/null 2>&1; test $? = 124 && "
                               "test ! -e o/scratch";
   EXPECT_EQ(std::system(command.c_str()), 0) << "timeout(1) sends the signal twice";
 }
@@ -222,8 +217,7 @@ TEST_F(Kill, AStoppedRunGoesOnWithoutLosingACell) {
 }
 
 TEST_F(Kill, ARunIsRefusedWhereAnotherOneRunsBeforeItChangesAnything) {
-  write_hanging_config();
-  Child child(program_, {"run", "hang.yaml", "--out", "o"});
+  Child child(program_, {"run", "c.yaml", "--out", "o"}, kHang);
   ASSERT_TRUE(hangs(child));
   const std::string rows = program_.read("o/rows.jsonl"),
                     journal = program_.read("o/journal.jsonl");
@@ -245,8 +239,7 @@ TEST_F(Kill, ARunIsRefusedWhereAnotherOneRunsBeforeItChangesAnything) {
 }
 
 TEST_F(Kill, ARunIsRefusedInTheFoldersOfTwoPrograms) {
-  write_hanging_config();
-  Child child(program_, {"ab", CVRBENCH_PROGRAM, CVRBENCH_PROGRAM, "hang.yaml", "--out", "o"});
+  Child child(program_, {"ab", CVRBENCH_FAULTY, CVRBENCH_FAULTY, "c.yaml", "--out", "o"}, kHang);
   ASSERT_TRUE(hangs(child, "o/b"));
   for (const char* folder : {"o", "o/a", "o/b"})
     EXPECT_EQ(program_.run(std::string("run c.yaml --force --out ") + folder).exit_code, 2)

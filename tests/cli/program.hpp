@@ -34,10 +34,21 @@ class Program {
   /// The arguments as a shell reads them; the current folder is the test's own. `before`: commands
   /// of the shell that go first.
   Outcome run(const std::string& arguments, const std::string& before = "") const {
+    return run_program(CVRBENCH_PROGRAM, arguments, before);
+  }
+
+  /// By the program whose workers fail: "FAULT CODEC STAGE" of tests/faults.
+  Outcome run_with_fault(const std::string& fault, const std::string& arguments) const {
+    return run_program(CVRBENCH_FAULTY, arguments, "CVRBENCH_TEST_FAULT='" + fault + "' ");
+  }
+
+  /// By another program of the same command line.
+  Outcome run_program(const std::string& program, const std::string& arguments,
+                      const std::string& before) const {
     const std::string command =
         "cd " + folder_.string() + " && " + before + "XDG_CACHE_HOME=" + (*this / "cache") +
-        " XDG_DATA_HOME=" + (*this / "share") + " CVRBENCH_DATA= " CVRBENCH_PROGRAM " " +
-        arguments + " 2>" + (*this / "stderr");
+        " XDG_DATA_HOME=" + (*this / "share") + " CVRBENCH_DATA= " + program + " " + arguments +
+        " 2>" + (*this / "stderr");
     FILE* pipe = popen(command.c_str(), "r");
     Outcome outcome{-1, "", ""};
     std::array<char, 4096> block;

@@ -203,9 +203,9 @@ TEST_F(Render, EachRejectedDeviceSaysWhy) {
 }
 
 TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
-  program_.write("f.yaml",
-                 std::string(kConfig) + "test_fault: {fault: device-lost, codec: csgvr-sb}\n");
-  const Outcome outcome = program_.run(
+  program_.write("f.yaml", kConfig);
+  const Outcome outcome = program_.run_with_fault(
+      "device-lost csgvr-sb",
       "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only "
       "cache=none "
       "--only shading=local --set timeout_s=60");
@@ -232,11 +232,11 @@ TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
         << key << ": a cell that failed has no time";
   }
   // A wrong picture is a finding about the codec, whatever the device does beside it.
-  program_.write("g.yaml",
-                 std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
   EXPECT_EQ(
       program_
-          .run("run g.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
+          .run_with_fault(
+              "mismatch csgvr-sb",
+              "run f.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
           .exit_code,
       1);
 }
@@ -408,9 +408,9 @@ tables:
 }
 
 TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {
-  program_.write("f.yaml",
-                 std::string(kConfig) + "test_fault: {fault: mismatch, codec: csgvr-sb}\n");
-  const Outcome outcome = program_.run(
+  program_.write("f.yaml", kConfig);
+  const Outcome outcome = program_.run_with_fault(
+      "mismatch csgvr-sb",
       "run f.yaml --out o --only codec=csgvr-sb --only cache=none --only shading=local");
   EXPECT_EQ(outcome.exit_code, 1);
   const auto all = rows();

@@ -166,14 +166,14 @@ TEST_F(Run, CrashHangMemoryAndWrongVoxelsBecomeRows) {
       {"oom", {"out-of-memory", "memory"}},
       {"mismatch", {"failed", "1 of 31680 decoded voxels differ"}}};
   for (const auto& [fault, status] : expected) {
-    program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: " + fault +
-                                 ", codec: csgvr-sb, stage: decode}\n");
+    program_.write("f.yaml", kConfig);
     const std::string settings = fault == "hang"  ? " --set timeout_s=0.5"
                                  : fault == "oom" ? " --set memory_limit_gib=0.3"
                                                   : "";
-    const Outcome outcome =
-        program_.run("run f.yaml --out " + fault +
-                     " --only stage=decode --only brick=16 --only codec=*sb" + settings);
+    const Outcome outcome = program_.run_with_fault(
+        fault + " csgvr-sb decode", "run f.yaml --out " + fault +
+                                        " --only stage=decode --only brick=16 --only codec=*sb" +
+                                        settings);
     EXPECT_EQ(outcome.exit_code, 1) << fault << outcome.err;  // the only cell there is
     const auto found = by_key(fault);
     ASSERT_EQ(found.size(), 1u);
@@ -228,9 +228,9 @@ TEST_F(Run, LossyCellsCarryTheirErrorsAndAreOkWhileTheyKeepThem) {
 }
 
 TEST_F(Run, ALossyCellWhoseErrorIsAnotherThanItRecordsHasFailed) {
-  program_.write("l.yaml",
-                 std::string(kLossyConfig) + "test_fault: {fault: mismatch, codec: zfp}\n");
-  program_.run(
+  program_.write("l.yaml", kLossyConfig);
+  program_.run_with_fault(
+      "mismatch zfp",
       "run l.yaml --out o --only codec=zfp --only mode=accuracy --only tolerance_log2=2 --only "
       "stage=decode");
   const auto found = by_key();
@@ -241,8 +241,9 @@ TEST_F(Run, ALossyCellWhoseErrorIsAnotherThanItRecordsHasFailed) {
 }
 
 TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
-  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: crash, codec: zstd}\n");
-  const Outcome outcome = program_.run("run f.yaml --out o --only stage=encode");
+  program_.write("f.yaml", kConfig);
+  const Outcome outcome =
+      program_.run_with_fault("crash zstd", "run f.yaml --out o --only stage=encode");
   EXPECT_EQ(outcome.exit_code, 1);
   const auto found = by_key();
   EXPECT_EQ(found.at("zstd encode")["status"], "failed");
@@ -252,8 +253,7 @@ TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
 
 TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
   // The group of the encoding cells ends; the decoding of zstd then hangs until the kill.
-  program_.write("f.yaml",
-                 std::string(kConfig) + "test_fault: {fault: hang, codec: zstd, stage: decode}\n");
+  program_.write("f.yaml", kConfig);
   const pid_t child = fork();
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
@@ -261,7 +261,8 @@ TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
     if (freopen("/dev/null", "w", stdout) == nullptr ||
         freopen("/dev/null", "w", stderr) == nullptr)
       _exit(126);
-    execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
+    setenv("CVRBENCH_TEST_FAULT", "hang zstd decode", 1);
+    execl(CVRBENCH_FAULTY, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
     _exit(127);
   }
   const auto count = [&] { return std::ranges::count(program_.read("o/rows.jsonl"), '\n'); };
@@ -288,7 +289,7 @@ TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
 }
 
 TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
-  program_.write("f.yaml", std::string(kConfig) + "test_fault: {fault: hang, stage: encode}\n");
+  program_.write("f.yaml", kConfig);
   const pid_t child = fork();
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
@@ -296,7 +297,8 @@ TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
     if (freopen("/dev/null", "w", stdout) == nullptr ||
         freopen("/dev/null", "w", stderr) == nullptr)
       _exit(126);
-    execl(CVRBENCH_PROGRAM, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
+    setenv("CVRBENCH_TEST_FAULT", "hang * encode", 1);
+    execl(CVRBENCH_FAULTY, "cvrbench", "run", "f.yaml", "--out", "o", nullptr);
     _exit(127);
   }
   for (int i = 0; i < 200 && !std::filesystem::exists(program_ / "o/scratch"); ++i) {

@@ -40,8 +40,8 @@ class Tracking : public testing::Test {
 };
 
 TEST_F(Tracking, ABuildThatDecodesHalfAsFastIsFound) {
-  program_.write("slow",
-                 "#!/bin/sh\nCVRBENCH_TEST_SLOWER=decode=2 exec " CVRBENCH_PROGRAM " \"$@\"\n");
+  program_.write("slow", "#!/bin/sh\nCVRBENCH_TEST_FAULT='slower=2 * decode' exec " CVRBENCH_FAULTY
+                         " \"$@\"\n");
   std::filesystem::permissions(program_ / "slow", std::filesystem::perms::owner_all);
   const Outcome outcome =
       program_.run("ab " CVRBENCH_PROGRAM " slow configs/c.yaml --out o --explain");
