@@ -144,10 +144,8 @@ std::optional<double> RenderSetting::show_scene(gpu::FrameRenderer& renderer) co
   return seconds;
 }
 
-std::unique_ptr<StageRun> make_render_run(const WorkerSpec& spec,
-                                          const volumes::VolumeSource& truth) {
-  if (!spec.render) throw StageFailure(kFailed, "a render stage without its choices");
-  return std::make_unique<RenderRun>(spec, truth);
+std::unique_ptr<StageRun> make_render_run(const StageInput& input) {
+  return std::make_unique<RenderRun>(input);
 }
 
 }  // namespace cvr::experiments

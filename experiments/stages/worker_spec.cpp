@@ -63,58 +63,34 @@ Field field(const char* name, Of of) {
 
 /// Everything that travels.
 const std::vector<Field>& all_fields() {
+  // clang-format off
   static const std::vector<Field> kFields{
-      field(
-          "path", [](auto& s) -> auto& { return s.location.path; }),
-      field(
-          "generator", [](auto& s) -> auto& { return s.location.generator; }),
-      field(
-          "identity", [](auto& s) -> auto& { return s.location.identity; }),
-      field(
-          "exchanged", [](auto& s) -> auto& { return s.location.exchanged; }),
-      field(
-          "axes", [](auto& s) -> auto& { return s.location.axes; }),
-      field(
-          "allow_external", [](auto& s) -> auto& { return s.location.allow_external; }),
-      field(
-          "extent", [](auto& s) -> auto& { return s.location.info.extent; }),
-      field(
-          "time_steps", [](auto& s) -> auto& { return s.location.info.time_steps; }),
-      field(
-          "voxel_size", [](auto& s) -> auto& { return s.location.info.voxel_size; }),
-      field(
-          "voxel_unit", [](auto& s) -> auto& { return s.location.info.voxel_unit; }),
-      field(
-          "type", [](auto& s) -> auto& { return s.location.info.type; }),
-      field(
-          "kind", [](auto& s) -> auto& { return s.location.info.kind; }),
-      field(
-          "raw_path", [](auto& s) -> auto& { return s.raw_path; }),
-      field(
-          "codec", [](auto& s) -> auto& { return s.codec; }),
-      field(
-          "parameters", [](auto& s) -> auto& { return s.parameters; }),
-      field(
-          "stage", [](auto& s) -> auto& { return s.stage; }),
-      field(
-          "threads", [](auto& s) -> auto& { return s.threads; }),
-      field(
-          "bytes_per_voxel", [](auto& s) -> auto& { return s.bytes_per_voxel; }),
-      field(
-          "memory_limit", [](auto& s) -> auto& { return s.memory_limit; }),
-      field(
-          "scratch", [](auto& s) -> auto& { return s.scratch; }),
-      field(
-          "pictures", [](auto& s) -> auto& { return s.pictures; }),
-      field(
-          "seed", [](auto& s) -> auto& { return s.seed; }),
-      field(
-          "lods", [](auto& s) -> auto& { return s.lods; }),
-      field(
-          "fault", [](auto& s) -> auto& { return s.fault; }),
-      field(
-          "render", [](auto& s) -> auto& { return s.render; }),
+      field("path", [](auto& s) -> auto& { return s.location.path; }),
+      field("generator", [](auto& s) -> auto& { return s.location.generator; }),
+      field("identity", [](auto& s) -> auto& { return s.location.identity; }),
+      field("exchanged", [](auto& s) -> auto& { return s.location.exchanged; }),
+      field("axes", [](auto& s) -> auto& { return s.location.axes; }),
+      field("allow_external", [](auto& s) -> auto& { return s.location.allow_external; }),
+      field("extent", [](auto& s) -> auto& { return s.location.info.extent; }),
+      field("time_steps", [](auto& s) -> auto& { return s.location.info.time_steps; }),
+      field("voxel_size", [](auto& s) -> auto& { return s.location.info.voxel_size; }),
+      field("voxel_unit", [](auto& s) -> auto& { return s.location.info.voxel_unit; }),
+      field("type", [](auto& s) -> auto& { return s.location.info.type; }),
+      field("kind", [](auto& s) -> auto& { return s.location.info.kind; }),
+      field("raw_path", [](auto& s) -> auto& { return s.raw_path; }),
+      field("codec", [](auto& s) -> auto& { return s.codec; }),
+      field("parameters", [](auto& s) -> auto& { return s.parameters; }),
+      field("stage", [](auto& s) -> auto& { return s.stage; }),
+      field("threads", [](auto& s) -> auto& { return s.threads; }),
+      field("bytes_per_voxel", [](auto& s) -> auto& { return s.bytes_per_voxel; }),
+      field("memory_limit", [](auto& s) -> auto& { return s.memory_limit; }),
+      field("scratch", [](auto& s) -> auto& { return s.scratch; }),
+      field("pictures", [](auto& s) -> auto& { return s.pictures; }),
+      field("seed", [](auto& s) -> auto& { return s.seed; }),
+      field("lods", [](auto& s) -> auto& { return s.lods; }),
+      field("render", [](auto& s) -> auto& { return s.render; }),
   };
+  // clang-format on
   return kFields;
 }
 
