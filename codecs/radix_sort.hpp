@@ -30,26 +30,26 @@ inline void sort_from(unsigned first, std::uint64_t differing, std::vector<std::
   }
 }
 
-/// Sorts numbers that are nearly sorted; false, and they are as they may be, if they are not.
+/// Sorts numbers that are nearly sorted; gives up, and answers false, if they are not.
 inline bool insertion_sort(std::vector<std::uint64_t>& numbers) {
-  std::size_t moves = numbers.size();
+  std::size_t moves = 0;
   for (std::size_t i = 1; i < numbers.size(); ++i) {
     const std::uint64_t number = numbers[i];
     std::size_t at = i;
-    for (; at > 0 && numbers[at - 1] > number; --at) {
-      if (moves-- == 0) return false;
+    for (; at > 0 && numbers[at - 1] > number && moves <= numbers.size(); --at, ++moves)
       numbers[at] = numbers[at - 1];
-    }
     numbers[at] = number;
+    if (moves > numbers.size()) return false;
   }
   return true;
 }
 
 }  // namespace radix
 
-/// Sorts ascending, by digits from the lowest on: many numbers that are all distinct take a
-/// tenth of the time of a sort by comparison. First only by as many of the highest digits as tell
-/// most numbers apart, if they are spread evenly. `spare` is scratch memory, worth keeping from call to call.
+/// Sorts ascending, by digits from the lowest on: many numbers that are all distinct take a tenth
+/// of the time of a sort by comparison. Where numbers are spread evenly, their highest digits tell
+/// most apart and are all that is sorted by. `spare` is scratch memory, worth keeping from call to
+/// call.
 inline void radix_sort(std::vector<std::uint64_t>& numbers, std::vector<std::uint64_t>& spare) {
   constexpr std::size_t kFew = 4096;  // below it the counters take longer than the sort
   if (numbers.size() < kFew) {

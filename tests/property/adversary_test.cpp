@@ -1,12 +1,18 @@
 // Encoders against volumes that were made to be slow: every lossless codec returns them exactly,
 // and in a bounded multiple of the time that ordinary cells take. The aim is ten. What is bounded
-// here is three times that, far below anything quadratic: where all labels of 64 bits are distinct,
-// codecs that pass over cells at 3 to 5 ns a voxel take up to 18 times as long, for each label is
-// sorted and hashed, and compresso-lzma 21 to 25 times, for nothing that liblzma is given repeats.
+// here is fifteen: where all labels of 64 bits are distinct, csgv-nibble and csgvr-sb, which pass
+// over ordinary cells at 3 ns per voxel, take 9 to 10 times as long, and up to 14.5 where
+// other work wants both processors several times over. Labels above 32 bits are sorted, and each is
+// looked up in a cache line of its own; other work takes that cache. csgvr, csgvr-nibble and
+// csgvr-c then come to ten, all others stay below seven.
+//
+// compresso-lzma has a bound of its own. It is compresso, which is held to the bound above by
+// itself, and then liblzma, which takes 20 times as long where nothing repeats.
 //
 // Times are of the processor, by this thread alone, and the least of several repetitions, so other
 // work on the machine hardly shows.
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <time.h>
 
 #include <algorithm>
@@ -28,7 +34,8 @@ namespace {
 using volumes::Coordinate;
 
 constexpr Extent kExtent{128, 64, 64};
-constexpr double kSlowest = 30;
+constexpr double kSlowest = 15;
+constexpr double kSlowestOfLiblzma = 30;
 constexpr std::uint32_t kLargest = std::numeric_limits<std::uint32_t>::max();
 
 VolumeInfo info_of(VoxelType type) {
@@ -109,10 +116,17 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// From now on freed memory stays with the process: the first touch of a page costs what the
+/// kernel takes for it, on virtual machines more than all that an encoder does there.
+void keep_memory() {
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+}
+
 /// The least time of an encoding with one thread; ends early where it is below `enough`.
 double encoding_seconds(const Codec& codec, const Volume& volume, const Parameters& parameters,
                         double enough, Encoded& encoded) {
-  constexpr int kRepetitions = 5;
+  constexpr int kRepetitions = 9;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kRepetitions && least > enough; ++i) {
     const double start = cpu_seconds();
@@ -154,6 +168,8 @@ class Adversaries : public testing::TestWithParam<std::string> {};
 TEST_P(Adversaries, AreExactAndBoundedInTime) {
   const Codec& codec = *find_codec(GetParam());
   const bool timed = std::getenv("CVRBENCH_SLOW") != nullptr;
+  if (timed) keep_memory();
+  const double slowest = GetParam() == "compresso-lzma" ? kSlowestOfLiblzma : kSlowest;
   for (const Parameters& parameters : settings(codec)) {
     std::map<VoxelType, double> usual;
     for (const Adversary& adversary : adversaries()) {
@@ -166,10 +182,10 @@ TEST_P(Adversaries, AreExactAndBoundedInTime) {
             encoding_seconds(codec, ordinary(adversary.type), parameters, 0, encoded);
       const Volume volume = samples::make_labels(info, adversary.label);
       const double enough =
-          timed ? kSlowest * usual[adversary.type] / 2 : std::numeric_limits<double>::max();
+          timed ? slowest * usual[adversary.type] / 2 : std::numeric_limits<double>::max();
       const double seconds = encoding_seconds(codec, volume, parameters, enough, encoded);
       const double ratio = timed ? seconds / usual[adversary.type] : 0;
-      EXPECT_LE(ratio, kSlowest);
+      EXPECT_LE(ratio, slowest);
       if (timed && std::getenv("CVR_PRINT_RATIOS") != nullptr)
         std::printf("%-14s %-40s %-26s %8.1f ms %6.2f\n", GetParam().c_str(),
                     parameters.canonical().c_str(), adversary.name.c_str(), 1e3 * seconds, ratio);
