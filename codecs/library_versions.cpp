@@ -3,7 +3,6 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <libdeflate.h>
 #include <lzma.h>
 #include <xxhash.h>
 #include <zfp.h>
@@ -52,13 +51,9 @@ std::string xxhash_version() {
 }  // namespace
 
 std::map<std::string, std::string> library_versions() {
-  return {{"zstd", ZSTD_versionString()},
-          {"liblzma", lzma_version_string()},
-          {"zlib", zlibVersion()},
-          {"libdeflate", LIBDEFLATE_VERSION_STRING},  // of its header: it cannot be asked
-          {"hdf5", hdf5_version()},
-          {"zfp", zfp_version()},
-          {"astcenc", version_of_file(astcenc_config_init)},
+  return {{"zstd", ZSTD_versionString()}, {"liblzma", lzma_version_string()},
+          {"zlib", zlibVersion()},        {"hdf5", hdf5_version()},
+          {"zfp", zfp_version()},         {"astcenc", version_of_file(astcenc_config_init)},
           {"xxhash", xxhash_version()}};
 }
 

@@ -155,8 +155,9 @@ Config load(const RunChoices& choices, const std::string& path) {
 }
 
 std::string default_out(const RunChoices& choices) {
-  return choices.out.empty() ? (fs::path("out") / fs::path(choices.configs.front()).stem()).string()
-                             : choices.out;
+  return choices.out.empty()
+             ? (fs::path("results/local") / fs::path(choices.configs.front()).stem()).string()
+             : choices.out;
 }
 
 RunSummary measure(const Config& config, const RunChoices& choices,

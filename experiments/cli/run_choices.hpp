@@ -26,7 +26,7 @@ void add_data_options(CLI::App& command, RunChoices& choices);
 Filter parse_filter(const std::vector<std::string>& only);
 /// Throws InputError.
 Config load(const RunChoices& choices, const std::string& path);
-/// out/NAME of the first configuration unless `choices` names a folder.
+/// results/local/NAME of the first configuration unless `choices` names a folder.
 std::string default_out(const RunChoices& choices);
 
 /// Runs a configuration with progress on standard error. SIGINT, SIGTERM and SIGHUP end the

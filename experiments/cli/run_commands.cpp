@@ -279,8 +279,9 @@ void add_run_commands(CLI::App& app, const Environment& environment, int& exit_c
       "run",
       "Measures the cells of configurations; appends rows to DIR/rows.jsonl and prints tables");
   running->add_option("configs", c->configs, "configuration files")->required();
-  running->add_option("--out", c->out,
-                      "folder for rows and tables (default: out/NAME of the first configuration)");
+  running->add_option(
+      "--out", c->out,
+      "folder for rows and tables (default: results/local/NAME of the first configuration)");
   running->add_option("--device", c->device,
                       "that draws: index, or part of a name or type ('list devices')");
   running->add_flag("--resume", c->resume, "keep the rows that are ok and measure the rest");

@@ -84,7 +84,7 @@ Contest contest(const TrackingChoices& c, const Config& config, const std::strin
 }
 
 int ab(const TrackingChoices& c) {
-  const std::string out = c.run.out.empty() ? "out/ab" : c.run.out;
+  const std::string out = c.run.out.empty() ? "results/local/ab" : c.run.out;
   for (const std::string& program : {c.base, c.fresh}) {
     if (!fs::is_regular_file(program))
       throw volumes::InputError(
@@ -107,7 +107,7 @@ void print_floors(std::string_view arrangement, const Row& floors) {
 }
 
 int aa(const TrackingChoices& c, const Environment& environment) {
-  const std::string out = c.run.out.empty() ? "out/aa" : c.run.out;
+  const std::string out = c.run.out.empty() ? "results/local/aa" : c.run.out;
   const Config config = load(c.run, c.run.configs.front());
   const auto lock = RunLock::take(out);  // of all repeats
   std::vector<Repeat> together, apart;
@@ -160,7 +160,8 @@ int check_or_update_baseline(const TrackingChoices& c, const Environment& enviro
     const Config config = load(c.run, path);
     const std::string file = baseline_path(c.baseline, config);
     const std::string out =
-        c.run.out.empty() ? (fs::path("out/baseline") / fs::path(path).stem()).string() : c.run.out;
+        c.run.out.empty() ? (fs::path("results/local/baseline") / fs::path(path).stem()).string()
+                          : c.run.out;
     const auto lock = RunLock::take(out);  // until its rows have been read
     const RunSummary summary =
         measure(config, c.run, {{environment.program, out}}, true, "the baseline is as it was");

@@ -11,8 +11,9 @@ std::vector<std::filesystem::path> program_folders() {
   std::error_code error;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (!error) {
-    const auto above = program.parent_path().parent_path();
-    folders = {above, above / "share" / "cvrbench"};
+    const auto prefix = program.parent_path().parent_path();
+    folders.push_back(prefix / "share" / "cvrbench");
+    folders.push_back(prefix);
   }
   folders.emplace_back(build_info::kSourceFolder);
   return folders;

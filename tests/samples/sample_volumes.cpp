@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -291,12 +292,37 @@ std::vector<std::string> values_of(const ParameterSpec& spec) {
   return values;
 }
 
-/// Some parameters are legal each but not together, whatever the volume (a window of more voxels
-/// than its word has bits).
-bool encodes_one_voxel(const Codec& codec, const Parameters& parameters) {
+/// Every corner once, the defaults first, those that no volume can be encoded with too.
+std::vector<Parameters> every_corner(const Codec& codec) {
+  std::vector<std::vector<std::string>> sets{{}};
+  std::vector<std::string> least, largest;
+  for (const ParameterSpec& spec : codec.parameters()) {
+    const std::string name = std::string(spec.name) + '=';
+    const std::vector<std::string> values = values_of(spec);
+    for (const std::string& value : values) sets.push_back({name + value});
+    least.push_back(name + values[1]);
+    largest.push_back(name + values.back());
+  }
+  sets.push_back(least);
+  sets.push_back(largest);
+  std::vector<Parameters> corners;
+  std::set<std::string> seen;
+  for (const auto& assignments : sets) {
+    const auto parsed = Parameters::parse(codec.parameters(), assignments);
+    if (!parsed)
+      throw std::logic_error(std::string(codec.traits().id) + ": " + parsed.error().message);
+    if (seen.insert(parsed->canonical()).second) corners.push_back(*parsed);
+  }
+  return corners;
+}
+
+/// The code with which parameters are refused for a volume of one voxel.
+std::optional<volumes::ErrorCode> refused_always(const Codec& codec, const Parameters& parameters) {
   Volume volume({.extent = {1, 1, 1}, .type = codec.traits().types.front(), .voxel_unit = {}});
   std::fill_n(volume.data(), volume.info().bytes(), std::byte{0});
-  return codec.encode(volumes::MemorySource(volume), parameters, 1).has_value();
+  const auto encoded = codec.encode(volumes::MemorySource(volume), parameters, 1);
+  if (encoded) return std::nullopt;
+  return encoded.error().code;
 }
 
 }  // namespace
@@ -398,27 +424,18 @@ bool keeps(const codecs::RecordedError& recorded, const Volume& original, const 
 }
 
 std::vector<Parameters> parameter_corners(const Codec& codec) {
-  std::vector<std::vector<std::string>> sets{{}};
-  std::vector<std::string> least, largest;
-  for (const ParameterSpec& spec : codec.parameters()) {
-    const std::string name = std::string(spec.name) + '=';
-    const std::vector<std::string> values = values_of(spec);
-    for (const std::string& value : values) sets.push_back({name + value});
-    least.push_back(name + values[1]);
-    largest.push_back(name + values.back());
-  }
-  sets.push_back(least);
-  sets.push_back(largest);
-  std::vector<Parameters> corners;
-  std::set<std::string> seen;
-  for (const auto& assignments : sets) {
-    const auto parsed = Parameters::parse(codec.parameters(), assignments);
-    if (!parsed)
-      throw std::logic_error(std::string(codec.traits().id) + ": " + parsed.error().message);
-    if (seen.insert(parsed->canonical()).second && encodes_one_voxel(codec, *parsed))
-      corners.push_back(*parsed);
-  }
+  std::vector<Parameters> corners = every_corner(codec);
+  std::erase_if(corners, [&](const Parameters& p) { return refused_always(codec, p).has_value(); });
   return corners;
+}
+
+std::vector<std::pair<Parameters, volumes::ErrorCode>> impossible_corners(const Codec& codec) {
+  std::vector<std::pair<Parameters, volumes::ErrorCode>> impossible;
+  for (const Parameters& parameters : every_corner(codec)) {
+    if (const auto code = refused_always(codec, parameters))
+      impossible.emplace_back(parameters, *code);
+  }
+  return impossible;
 }
 
 std::string test_name(const Codec& codec, const Parameters& parameters) {

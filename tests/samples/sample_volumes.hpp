@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "codecs/codec.hpp"
@@ -44,6 +45,10 @@ bool keeps(const codecs::RecordedError& recorded, const volumes::Volume& origina
 /// choice, or its least, its largest and one inner value; all at their least and all at their
 /// largest. Deterministic, no two alike.
 std::vector<codecs::Parameters> parameter_corners(const codecs::Codec& codec);
+/// Corners whose values are legal each but not together, whatever the volume (a window of more voxels
+/// than its word has bits), and with which code they are refused. parameter_corners() lacks them.
+std::vector<std::pair<codecs::Parameters, volumes::ErrorCode>> impossible_corners(
+    const codecs::Codec& codec);
 /// "csgv_nibble_brick_32_delta_0": a codec and its parameters as part of a test's name.
 std::string test_name(const codecs::Codec& codec, const codecs::Parameters& parameters);
 

@@ -21,6 +21,7 @@
 #include "volumes/io/format.hpp"
 #include "volumes/io/hdf5_attributes.hpp"
 #include "volumes/io/hdf5_axes.hpp"
+#include "volumes/io/hdf5_parts.hpp"
 #include "volumes/io/hdf5_process.hpp"
 #include "volumes/io/hdf5_safety.hpp"
 #include "volumes/io/hdf5_voxels.hpp"
@@ -222,41 +223,17 @@ class Hdf5Source final : public VolumeSource {
     first_step_ = steps.first;
   }
 
-  /// Voxels of one time step, in parts that fit into the shared memory: whole chunks, so that none
-  /// is inflated for two parts, and as many as can be along the file's fast axes. A chunk that is
-  /// too large is cut along its slow axes.
+  /// Voxels of one time step, in parts that fit into the shared memory.
   void read_step(std::uint64_t step, const Box& box, const Box& whole, std::byte* out) const {
     std::array<std::size_t, 3> slowest_first{2, 1, 0};
     std::stable_sort(slowest_first.begin(), slowest_first.end(),
                      [&](std::size_t a, std::size_t b) { return order_.axis[a] < order_.axis[b]; });
-    const std::array<std::uint64_t, 3> origin{box.origin.x, box.origin.y, box.origin.z};
-    const std::array<std::uint64_t, 3> end{origin[0] + box.size.x, origin[1] + box.size.y,
-                                           origin[2] + box.size.z};
-    std::array<std::uint64_t, 3> part = chunk_;
-    const auto longest = [&](std::size_t axis) {
-      const std::uint64_t rest = part[0] * part[1] * part[2] / part[axis] * conversion_.width;
-      return std::max<std::uint64_t>(kShared / rest, 1);
-    };
-    for (const std::size_t axis : slowest_first) part[axis] = std::min(part[axis], longest(axis));
-    std::array<std::uint64_t, 3> first = origin;  // of the parts, which begin where chunks do
-    for (std::size_t i = 3; i-- > 0;) {
-      const std::size_t axis = slowest_first[i];
-      const std::uint64_t in_step = axis == 2 ? origin[2] % info_.step_extent().z : origin[axis];
-      first[axis] -= in_step % part[axis];
-      const std::uint64_t chunks = (end[axis] - first[axis] + part[axis] - 1) / part[axis];
-      part[axis] *= std::min(chunks, longest(axis) / part[axis]);
-    }
-    const auto next = [&](std::size_t axis, std::uint64_t at) {
-      const std::uint64_t parts = (at - first[axis]) / part[axis] + 1;
-      return std::min(first[axis] + parts * part[axis], end[axis]);
-    };
-    for (std::uint64_t z = origin[2]; z < end[2]; z = next(2, z)) {
-      for (std::uint64_t y = origin[1]; y < end[1]; y = next(1, y)) {
-        for (std::uint64_t x = origin[0]; x < end[0]; x = next(0, x)) {
-          const Extent size{next(0, x) - x, next(1, y) - y, next(2, z) - z};
-          read_part(step, {{x, y, z}, size}, whole, out);
-        }
-      }
+    const std::uint64_t step_begin = step * info_.step_extent().z;
+    Box in_step = box;
+    in_step.origin.z -= step_begin;
+    for (Box part : plan_parts(in_step, {chunk_, slowest_first, conversion_.width}, kShared)) {
+      part.origin.z += step_begin;
+      read_part(step, part, whole, out);
     }
   }
 

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kChunk = 64;
 constexpr std::uint32_t kBlock = 8;
 constexpr double kWholeWithin = 1e-6;  // of the number itself, or of one voxel
-constexpr double kMaximumOffset =
+constexpr double kFarthestOffset =
     1125899906842624.0;  // 2^50 voxels: every whole number up to it is a double
 
 /// Labels are uint32 at least: compressed_segmentation holds nothing narrower.
@@ -46,7 +46,7 @@ std::int64_t voxel_offset_of(const std::string& path, const VolumeInfo& info, st
   const double voxels = info.offset[axis] / info.voxel_size[axis];
   const double whole = std::round(voxels);
   const bool representable =
-      std::isfinite(voxels) && std::fabs(whole) <= kMaximumOffset &&
+      std::isfinite(voxels) && std::fabs(whole) <= kFarthestOffset &&
       std::fabs(voxels - whole) <= kWholeWithin * std::max(1.0, std::fabs(whole));
   if (!representable) {
     throw_input_error(path, fmt::format("offset along {}", "xyz"[axis]),

@@ -162,7 +162,12 @@ class Mutation : public testing::TestWithParam<const Codec*> {
       for (const Parameters& parameters : samples::parameter_corners(*GetParam())) {
         const auto encoded =
             codecs::encode(*GetParam(), volumes::MemorySource(volume), parameters, 1);
-        if (!encoded) continue;  // a corner that does not suit the volume
+        if (!encoded) {  // a corner that does not suit the volume
+          ASSERT_TRUE(samples::is_listed_refusal(CVR_SOURCE_DIR "/tests/golden/refusals.txt",
+                                                 *GetParam(), parameters, sample))
+              << encoded.error().message;
+          continue;
+        }
         const auto bytes = encoded->bytes.bytes();
         const auto opened = codecs::open_file(bytes);
         ASSERT_TRUE(opened) << opened.error().message;

@@ -8,6 +8,7 @@
 
 #include "codecs/codec.hpp"
 #include "codecs/registry.hpp"
+#include "tests/samples/real_data.hpp"
 #include "volumes/io/io.hpp"
 
 namespace cvr::codecs {
@@ -62,10 +63,10 @@ class DataSizes : public testing::TestWithParam<Row> {};
 
 TEST_P(DataSizes, AreExact) {
   const char* folder = std::getenv("CVRBENCH_DATA");
-  if (folder == nullptr) GTEST_SKIP() << "CVRBENCH_DATA names no folder of volumes: absent";
+  CVR_SKIP_UNLESS(folder != nullptr, "CVRBENCH_DATA names no folder of volumes");
   const Row& row = GetParam();
   const auto path = std::filesystem::path(folder) / (std::string(row.volume) + ".h5");
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is absent";
+  CVR_SKIP_UNLESS(std::filesystem::exists(path), path << " is absent");
   const auto file = volumes::open_volume(path.string());
   const Crop crop(*file, row.crop.x != 0 ? row.crop : file->info().extent);
   const Volume volume = volumes::read_all(crop);

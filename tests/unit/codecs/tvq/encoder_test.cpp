@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "codecs/tvq/sub_volume.hpp"
+#include "tests/samples/real_data.hpp"
 #include "tests/unit/codecs/tvq/coded.hpp"
 #include "volumes/io/io.hpp"
 
@@ -61,8 +62,8 @@ class RealVolume : public testing::TestWithParam<const char*> {};
 TEST_P(RealVolume, TvqIsAtLeastAsGoodAsHvqAndVqAtItsRate) {
   const char* folder = std::getenv("CVRBENCH_DATA");
   const std::string path = std::string(folder == nullptr ? "" : folder) + '/' + GetParam() + ".h5";
-  if (folder == nullptr || !std::filesystem::exists(path))
-    GTEST_SKIP() << "no " << GetParam() << ".h5: CVRBENCH_DATA names no folder that holds it";
+  CVR_SKIP_UNLESS(folder != nullptr && std::filesystem::exists(path),
+                  "no " << GetParam() << ".h5: CVRBENCH_DATA names no folder that holds it");
   Volume volume = volumes::read_all(*volumes::open_volume(path, VolumeKind::kScalars));
   const Coded tvq = code("tvq", volume, {}, 2);
   for (const std::string_view id : {"hvq", "vq"}) {

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "tests/samples/real_data.hpp"
 #include "tests/unit/volumes/io/io_fixture.hpp"
 
 namespace cvr::volumes {
@@ -38,7 +39,7 @@ class Data : public testing::Test {
  protected:
   void SetUp() override {
     const char* folder = std::getenv("CVRBENCH_DATA");
-    if (folder == nullptr) GTEST_SKIP() << "CVRBENCH_DATA names no folder of volumes: absent";
+    CVR_SKIP_UNLESS(folder != nullptr, "CVRBENCH_DATA names no folder of volumes");
     folder_ = folder;
   }
   std::filesystem::path folder_;
@@ -66,7 +67,10 @@ TEST_F(Data, KnownShapesAndTypes) {
   for (const auto& [name, row] : known_rows()) {
     SCOPED_TRACE(name);
     const std::string file = name.substr(0, name.find('['));
-    if (!std::filesystem::exists(folder_ / file)) continue;
+    if (!std::filesystem::exists(folder_ / file)) {
+      EXPECT_EQ(std::getenv("CVRBENCH_REQUIRE_DATA"), nullptr) << file << " is absent";
+      continue;
+    }
     const auto source = open_volume((folder_ / name).string());
     EXPECT_EQ(source->info().extent, row.extent);
     EXPECT_EQ(source->info().type, row.type);
@@ -79,15 +83,15 @@ TEST_F(Data, KnownShapesAndTypes) {
 
 TEST_F(Data, VoxelSizeOfTheAnisotropicVolume) {
   const std::filesystem::path file = folder_ / "connectomics_pinky40_a.h5";
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is absent";
+  CVR_SKIP_UNLESS(std::filesystem::exists(file), file << " is absent");
   EXPECT_EQ(open_volume(file.string())->info().voxel_size, (std::array<double, 3>{8, 8, 40}));
 }
 
 TEST_F(Data, TheAtlasAgreesWithItsNiftiOriginal) {
   const std::string nifti = "/usr/share/mricron/templates/aal.nii.gz";
   const std::filesystem::path file = folder_ / "human_atlas_aal.h5";
-  if (!std::filesystem::exists(nifti) || !std::filesystem::exists(file))
-    GTEST_SKIP() << "aal.nii.gz or its copy is absent";
+  CVR_SKIP_UNLESS(std::filesystem::exists(nifti) && std::filesystem::exists(file),
+                  "aal.nii.gz or its copy is absent");
   const Volume ours = read_all(*open_volume(file.string()));
   const Volume original = read_all(*open_volume(nifti));
   EXPECT_EQ(plain_bytes(ours), plain_bytes(original));
