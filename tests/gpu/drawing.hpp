@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "codecs/container.hpp"
+#include "gpu/caches/cache.hpp"
 #include "gpu/renderer.hpp"
 #include "volumes/volume.hpp"
 

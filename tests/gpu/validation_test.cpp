@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "codecs/registry.hpp"
+#include "gpu/scalars/reference.hpp"
 #include "gpu/scalars/renderer.hpp"
 #include "tests/gpu/drawing.hpp"
 #include "tests/samples/sample_volumes.hpp"
@@ -73,11 +74,11 @@ TEST(ValidationOfScalars, TheLayerIsSilent) {
     const auto decoder = codecs::open_decoder(file).value();
     for (const gpu::CacheTraits& cache : gpu::all_caches()) {
       if (!cache.scalars) continue;
-      auto renderer =
-          gpu::ScalarRenderer::make(device, decoder->gpu_samples(0).value(), volume.info(),
-                                    {std::string(cache.id), 0, kWidth, kHeight});
+      auto renderer = gpu::ScalarRenderer::make(
+          device, decoder->gpu_samples(0).value(), volume.info(), gpu::value_range(volume),
+          {.access = std::string(cache.id), .width = kWidth, .height = kHeight});
       ASSERT_TRUE(renderer) << renderer.error().message;
-      (*renderer)->set_scene(scene, gpu::value_range(volume));
+      ASSERT_TRUE((*renderer)->set_scene(scene));
       (*renderer)->render(corner_view());
       (*renderer)->read_image();
       ++drawn;

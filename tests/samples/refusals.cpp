@@ -65,8 +65,8 @@ std::string refusal_case(const Codec& codec, const Parameters& parameters,
 std::vector<std::string> find_refusals(const Codec& codec) {
   std::vector<std::string> lines;
   for (const auto& [parameters, code] : impossible_corners(codec)) {
-    lines.push_back(fmt::format("{} {} any {}", codec.traits().id, words_of(codec, parameters),
-                                name_of(code)));
+    lines.push_back(
+        fmt::format("{} {} any {}", codec.traits().id, words_of(codec, parameters), name_of(code)));
   }
   const std::vector<Parameters> corners = parameter_corners(codec);
   for (const SampleVolume& sample : sample_volumes()) {

@@ -22,6 +22,7 @@
 #include "tests/fuzz/envelope.hpp"
 #include "tests/fuzz/exercise.hpp"
 #include "tests/fuzz/watch.hpp"
+#include "tests/samples/refusals.hpp"
 #include "tests/samples/sample_volumes.hpp"
 
 namespace cvr::fuzz {

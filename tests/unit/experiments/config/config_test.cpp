@@ -194,6 +194,7 @@ TEST(CellId, IsStableAndDependsOnEverything) {
     cell.dataset = dataset;
     cell.codec = "raw";
     cell.codec_version = 1;
+    cell.stage = stage("encode");
     return cell;
   };
   const Cell cell = make();

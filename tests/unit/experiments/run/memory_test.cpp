@@ -46,9 +46,9 @@ class ControlGroups : public testing::Test {
   std::uint64_t left() const { return left_of_control_groups(root_ / "membership", mount()); }
 
  private:
-  fs::path root_ = fs::temp_directory_path() /
-                   ("control_groups_" + std::to_string(getpid()) + '_' +
-                    testing::UnitTest::GetInstance()->current_test_info()->name());
+  fs::path root_ =
+      fs::temp_directory_path() / ("control_groups_" + std::to_string(getpid()) + '_' +
+                                   testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(ControlGroups, WithoutFilesThereIsNoLimit) {

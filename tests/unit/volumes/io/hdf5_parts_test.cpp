@@ -19,10 +19,9 @@ std::vector<Box> checked(const Box& box, const ChunkedArray& array, std::uint64_
     EXPECT_GT(part.size.voxels(), 0u);
     EXPECT_LE(part.size.voxels() * array.voxel_bytes, std::max(most_bytes, array.voxel_bytes));
     for (std::uint64_t i = 0; i < part.size.voxels(); ++i) {
-      const Coordinate at{
-          part.origin.x - box.origin.x + i % part.size.x,
-          part.origin.y - box.origin.y + i / part.size.x % part.size.y,
-          part.origin.z - box.origin.z + i / (part.size.x * part.size.y)};
+      const Coordinate at{part.origin.x - box.origin.x + i % part.size.x,
+                          part.origin.y - box.origin.y + i / part.size.x % part.size.y,
+                          part.origin.z - box.origin.z + i / (part.size.x * part.size.y)};
       if (!box.size.contains(at)) {
         ADD_FAILURE() << "a part reaches out of the box";
         return parts;
@@ -57,7 +56,8 @@ unsigned most_inflations(const std::vector<Box>& parts, const ChunkedArray& arra
 
 TEST(Hdf5Parts, ABoxThatFitsIsOnePart) {
   const Box box{{3, 5, 7}, {20, 30, 11}};
-  const std::uint64_t bytes = std::uint64_t{2} * (8 * 8 * 8) * 3 * 5 * 3;  // of the chunks it touches
+  const std::uint64_t bytes =
+      std::uint64_t{2} * (8 * 8 * 8) * 3 * 5 * 3;  // of the chunks it touches
   const ChunkedArray array{{8, 8, 8}, kZyx, 2};
   const std::vector<Box> parts = checked(box, array, bytes);
   ASSERT_EQ(parts.size(), 1u);
@@ -72,9 +72,16 @@ TEST(Hdf5Parts, LayersOfChunksAboveAndBelowTheLimit) {
     std::uint64_t most_bytes;
     std::size_t parts;
   };
-  for (const auto& [most_bytes, count] :
-       {Expected{98304, 1}, {98303, 2}, {65536, 2}, {65535, 3}, {32768, 3}, {32767, 6},
-        {16384, 6}, {4096, 24}, {4095, 48}, {512, 192}}) {
+  for (const auto& [most_bytes, count] : {Expected{98304, 1},
+                                          {98303, 2},
+                                          {65536, 2},
+                                          {65535, 3},
+                                          {32768, 3},
+                                          {32767, 6},
+                                          {16384, 6},
+                                          {4096, 24},
+                                          {4095, 48},
+                                          {512, 192}}) {
     const std::vector<Box> parts = checked(box, array, most_bytes);
     EXPECT_EQ(parts.size(), count) << most_bytes;
     EXPECT_EQ(most_inflations(parts, array), 1u) << most_bytes;
@@ -84,7 +91,8 @@ TEST(Hdf5Parts, LayersOfChunksAboveAndBelowTheLimit) {
 TEST(Hdf5Parts, ChunksAreInflatedOnceWhereverABoxBeginsAndEnds) {
   // Extents and origins that are no multiples of the chunk.
   const ChunkedArray array{{7, 5, 3}, kZyx, 2};
-  for (const Coordinate origin : {Coordinate{0, 0, 0}, {1, 0, 2}, {6, 4, 2}, {7, 5, 3}, {8, 9, 1}}) {
+  for (const Coordinate origin :
+       {Coordinate{0, 0, 0}, {1, 0, 2}, {6, 4, 2}, {7, 5, 3}, {8, 9, 1}}) {
     for (const Extent size : {Extent{1, 1, 1}, {7, 5, 3}, {8, 6, 4}, {29, 23, 17}, {30, 1, 13}}) {
       for (const std::uint64_t most_bytes : {210, 211, 419, 420, 1000, 5000, 100000}) {
         const auto parts = checked({origin, size}, array, most_bytes);
