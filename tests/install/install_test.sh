@@ -68,7 +68,7 @@ cvrbench=$root/bin/cvrbench
 "$cvrbench" list datasets | grep -q cells_of_the_moved || fail "expected list to know the data set"
 "$cvrbench" plan small.yaml >plan 2>&1 || { cat plan; fail "expected a plan"; }
 "$cvrbench" run small.yaml --out o >run 2>&1 || { cat run; fail "expected a run"; }
-(($(grep -c '"status":"ok"' o/rows.jsonl) == 5)) || { cat run; fail "expected five rows that are ok"; }
+(($(grep -c '"status":"ok"' o/rows.jsonl) == 7)) || { cat run; fail "expected seven rows that are ok"; }
 "$cvrbench" report --results o -o page.html --store none >report 2>&1 ||
   { cat report; fail "expected a report"; }
 grep -q "of the moved" page.html || fail "expected the page of the installed report"
