@@ -4,7 +4,7 @@
 // over ordinary cells at 3 ns per voxel, take 9 to 10 times as long, and up to 14.5 where
 // other work wants both processors several times over. Labels above 32 bits are sorted, and each is
 // looked up in a cache line of its own; other work takes that cache. csgvr, csgvr-nibble and
-// csgvr-c then come to ten, all others stay below seven.
+// csgvr-c then come to ten, all others stay below eight.
 //
 // compresso-lzma has a bound of its own. It is compresso, which is held to the bound above by
 // itself, and then liblzma, which takes 20 times as long where nothing repeats.
