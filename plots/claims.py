@@ -1,4 +1,6 @@
-"""Verdicts on claims: DIR/claims/*.jsonl, one object for each group of each claim (experiments/analysis/claims.hpp)."""
+"""Verdicts on claims: DIR/claims/*.jsonl, one object for each group of each claim
+(experiments/analysis/claims.hpp).
+"""
 
 from __future__ import annotations
 
@@ -51,7 +53,7 @@ class Claim:
 
 
 def bounds_of(data: dict[str, Any]) -> str:
-    """"published_rate, ratio, at least 0.95, at most 1.05"."""
+    """ "published_rate, ratio, at least 0.95, at most 1.05"."""
     words = [str(data.get("metric", "")), str(data.get("compare", ""))]
     for key, word in (("at_least", "at least"), ("at_most", "at most")):
         bound = finite(data.get(key))
@@ -65,13 +67,28 @@ def bounds_of(data: dict[str, Any]) -> str:
 def group_of(data: dict[str, Any]) -> Group:
     labels = data.get("group")
     compared = data.get("compared")
-    first = compared[0] if isinstance(compared, list) and compared and isinstance(compared[0], dict) else {}
-    label = ", ".join(f"{key} {value}" for key, value in labels.items()) if isinstance(labels, dict) else ""
-    return Group(label, str(data.get("verdict", UNCHECKED)), str(data.get("reason", "")), finite(first.get("value")))
+    first = (
+        compared[0]
+        if isinstance(compared, list) and compared and isinstance(compared[0], dict)
+        else {}
+    )
+    label = (
+        ", ".join(f"{key} {value}" for key, value in labels.items())
+        if isinstance(labels, dict)
+        else ""
+    )
+    return Group(
+        label,
+        str(data.get("verdict", UNCHECKED)),
+        str(data.get("reason", "")),
+        finite(first.get("value")),
+    )
 
 
 def read_claims(folder: Path) -> list[Claim]:
-    """Claims of a results folder in the order of their files; lines that are no object are left out."""
+    """Claims of a results folder in the order of their files; lines that are no object are left
+    out.
+    """
     found: dict[tuple[Path, str], Claim] = {}
     for path in sorted((folder / "claims").glob("*.jsonl")):
         for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -83,8 +100,14 @@ def read_claims(folder: Path) -> list[Claim]:
                 continue
             key = (path, str(data["claim"]))
             if key not in found:
-                found[key] = Claim(str(data["claim"]), str(data.get("says", "")), str(data.get("source", "")), str(data.get("claim_verdict", UNCHECKED)),
-                                   bounds_of(data), path)
+                found[key] = Claim(
+                    str(data["claim"]),
+                    str(data.get("says", "")),
+                    str(data.get("source", "")),
+                    str(data.get("claim_verdict", UNCHECKED)),
+                    bounds_of(data),
+                    path,
+                )
             found[key].groups.append(group_of(data))
     return list(found.values())
 

@@ -1,4 +1,6 @@
-"""The codecs that the program knows, in the order of its list: what `cvrbench list codecs --json` prints, and a run leaves as DIR/codecs.json."""
+"""The codecs that the program knows, in the order of its list: what `cvrbench list codecs --json`
+prints, and a run leaves as DIR/codecs.json.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,11 @@ def codecs_in(text: str) -> list[Codec]:
         entries: Any = json.loads(text)
     except (ValueError, RecursionError):
         return []
-    found = [entry for entry in entries if isinstance(entry, dict) and isinstance(entry.get("id"), str)] if isinstance(entries, list) else []
+    found = (
+        [entry for entry in entries if isinstance(entry, dict) and isinstance(entry.get("id"), str)]
+        if isinstance(entries, list)
+        else []
+    )
     return [Codec(entry["id"], str(entry.get("family") or entry["id"])) for entry in found]
 
 
@@ -36,14 +42,22 @@ def read_codecs(folder: Path) -> list[Codec]:
 def ask(program: str) -> list[Codec]:
     """Codecs of a program; none where it does not answer."""
     try:
-        done = subprocess.run([program, "list", "codecs", "--json"], capture_output=True, text=True, timeout=SECONDS, check=True)
+        done = subprocess.run(
+            [program, "list", "codecs", "--json"],
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=True,
+        )
     except (OSError, subprocess.SubprocessError):
         return []
     return codecs_in(done.stdout)
 
 
 def listed(folders: Sequence[Path], program: str = "") -> list[Codec]:
-    """Codecs of the lists of all folders, each once, in the order of the first list; of the program where no folder has one."""
+    """Codecs of the lists of all folders, each once, in the order of the first list; of the program
+    where no folder has one.
+    """
     found: dict[str, Codec] = {}
     for folder in folders:
         for codec in read_codecs(folder):

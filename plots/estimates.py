@@ -1,7 +1,8 @@
 """Quantities of rows: a value, the interval of a time, and the number of repetitions behind it.
 
-Intervals are those of the median by order statistics, as the harness defines them (experiments/analysis/statistics.hpp): of at least 95 % from six
-repetitions on; below that they are minimum and maximum, and below three there is none (experiments/analysis/reading.hpp).
+Intervals are those of the median by order statistics, as the harness defines them
+(experiments/analysis/statistics.hpp): of at least 95 % from six repetitions on; below that they are
+minimum and maximum, and below three there is none (experiments/analysis/reading.hpp).
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Estimate:
-    """`low` and `high` are None for exact figures and for times that were repeated too seldom; n is 0 for exact figures."""
+    """`low` and `high` are None for exact figures and for times that were repeated too seldom; n is
+    0 for exact figures.
+    """
 
     value: float
     low: float | None = None
@@ -27,7 +30,9 @@ class Estimate:
     n: int = 0
 
     def scaled(self, factor: float) -> Estimate:
-        return Estimate(*(None if x is None else x * factor for x in (self.value, self.low, self.high)), self.n)
+        return Estimate(
+            *(None if x is None else x * factor for x in (self.value, self.low, self.high)), self.n
+        )
 
     def inverted(self, work: float) -> Estimate:
         """Work a second of a time."""
@@ -42,7 +47,9 @@ class Estimate:
 
 
 def interval_rank(n: int) -> int:
-    """1-based rank of the lower end of the 95 % interval of the median of n samples; 1 where no rank reaches it."""
+    """1-based rank of the lower end of the 95 % interval of the median of n samples; 1 where no
+    rank reaches it.
+    """
     tail, rank = 0.0, 0
     while rank < (n + 1) // 2:
         tail += math.comb(n, rank) / 2**n
@@ -96,9 +103,15 @@ def access_ns(row: Row, points: str = "uniform", lod: int = 0) -> Estimate | Non
 
 
 def counted_rounds(row: Row, series: str) -> list[list[float]]:
-    """Milliseconds of the frames of each round after the first; of a single round where there is but one."""
+    """Milliseconds of the frames of each round after the first; of a single round where there is
+    but one.
+    """
     rounds = row.get(f"{series}/ms", [])
-    kept = [[x for x in map(finite, one) if x is not None] for one in rounds if isinstance(one, list)] if isinstance(rounds, list) else []
+    kept = (
+        [[x for x in map(finite, one) if x is not None] for one in rounds if isinstance(one, list)]
+        if isinstance(rounds, list)
+        else []
+    )
     kept = [one for one in kept if one]
     return kept[1:] if len(kept) > 1 else kept
 
@@ -108,15 +121,21 @@ def held_ms(row: Row) -> Estimate | None:
     value = row.number("held/median_ms")
     if value is None:
         return None
-    return with_value(value, median_of(ms for frames in counted_rounds(row, "held") for ms in frames))
+    return with_value(
+        value, median_of(ms for frames in counted_rounds(row, "held") for ms in frames)
+    )
 
 
 def path_ms(row: Row) -> Estimate | None:
-    """Mean device time of a frame of the path, which begins with an empty cache; each round is a repetition."""
+    """Mean device time of a frame of the path, which begins with an empty cache; each round is a
+    repetition.
+    """
     value = row.number("frames/mean_ms")
     if value is None:
         return None
-    return with_value(value, median_of(sum(frames) / len(frames) for frames in counted_rounds(row, "frames")))
+    return with_value(
+        value, median_of(sum(frames) / len(frames) for frames in counted_rounds(row, "frames"))
+    )
 
 
 def first_frame_ms(row: Row) -> Estimate | None:
@@ -158,7 +177,9 @@ def gpu_mib(row: Row) -> float | None:
 
 def is_exact(row: Row) -> bool:
     """Whether not one voxel of the decoded volume differs."""
-    return row.number("verification/mismatches") == 0 and bool(row.number("verification/voxels_compared"))
+    return row.number("verification/mismatches") == 0 and bool(
+        row.number("verification/voxels_compared")
+    )
 
 
 def geometric_mean(values: Sequence[float]) -> float | None:
@@ -179,7 +200,7 @@ def spell(number: float | None, digits: int = 3) -> str:
 
 
 def spell_estimate(found: Estimate | None, unit: str = "") -> str:
-    """"14.2 ns [13.0, 15.1], n = 9"."""
+    """ "14.2 ns [13.0, 15.1], n = 9"."""
     if found is None:
         return ""
     text = spell(found.value) + (f" {unit}" if unit else "")

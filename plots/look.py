@@ -1,8 +1,9 @@
 """How figures look: colours, markers, sizes, and how they become SVG and PDF.
 
-A panel is one column of a two-column paper wide, 3.3 inches, with type of 7 points. Colours are mid tones: each stands out by 3 : 1 or more
-from white and from the page's dark background, and differs from the others for the colour-blind as Okabe and Ito's do, darkened; what shares a
-colour differs by its marker. Text and axes have one placeholder colour, which becomes `currentColor` in the page.
+A panel is one column of a two-column paper wide, 3.3 inches, with type of 7 points. Colours are mid
+tones: each stands out by 3 : 1 or more from white and from the page's dark background, and differs
+from the others for the colour-blind as Okabe and Ito's do, darkened; what shares a colour differs
+by its marker. Text and axes have one placeholder colour, which becomes `currentColor` in the page.
 """
 
 from __future__ import annotations
@@ -20,7 +21,14 @@ matplotlib.use("Agg")
 
 from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure as Drawing  # noqa: E402
-from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator  # noqa: E402
+from matplotlib.ticker import (
+    FixedFormatter,
+    FixedLocator,
+    FuncFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullLocator,
+)  # noqa: E402
 
 from codec_list import Codec  # noqa: E402
 from estimates import Estimate, spell  # noqa: E402
@@ -35,22 +43,64 @@ LEGEND_LINE_INCHES = 0.132
 GOOD_AS_EXACT_DB = 100.0  # of a picture: differences are rounding alone
 
 BLUE, ORANGE, GREEN, PURPLE, RED, GREY, TEAL, PINK = (
-    "#2f7fc1", "#b87400", "#17936c", "#8f6bd1", "#d1562f", "#808080", "#12899b", "#c2609b")
+    "#2f7fc1",
+    "#b87400",
+    "#17936c",
+    "#8f6bd1",
+    "#d1562f",
+    "#808080",
+    "#12899b",
+    "#c2609b",
+)
 
 COLOURS = (GREY, ORANGE, PINK, BLUE, GREEN, PURPLE, RED, TEAL)
 MARKERS = ("s", "^", "v", "D", "o", "P", "X", "<", ">", "h")
 # How markers of a colour are filled, where the marker is the access mode's.
 FILLS = ("full", "none", "left", "top", "right", "bottom")
-CACHE_MARKERS = {"none": "o", "voxel": "s", "voxel-es": "D", "brick": "^", "brick-coop": "v", "brick-coop-shared": "P", "slices": "X"}
+CACHE_MARKERS = {
+    "none": "o",
+    "voxel": "s",
+    "voxel-es": "D",
+    "brick": "^",
+    "brick-coop": "v",
+    "brick-coop-shared": "P",
+    "slices": "X",
+}
 LINES = ("-", "--", ":", "-.")
 
 SETTINGS = {
-    "font.family": ["DejaVu Sans"], "font.size": 7, "axes.titlesize": 7.5, "axes.labelsize": 7, "xtick.labelsize": 6.5, "ytick.labelsize": 6.5,
-    "legend.fontsize": 6.2, "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "axes.titlecolor": INK, "xtick.color": INK,
-    "ytick.color": INK, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": GREY,
-    "grid.alpha": 0.3, "grid.linewidth": 0.4, "lines.linewidth": 1.1, "lines.markersize": 4, "figure.facecolor": "none",
-    "axes.facecolor": "none", "savefig.facecolor": "none", "svg.fonttype": "none", "svg.hashsalt": "cvrbench", "pdf.fonttype": 42,
-    "text.parse_math": False, "legend.frameon": False, "axes.axisbelow": True, "figure.constrained_layout.use": True,
+    "font.family": ["DejaVu Sans"],
+    "font.size": 7,
+    "axes.titlesize": 7.5,
+    "axes.labelsize": 7,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "legend.fontsize": 6.2,
+    "text.color": INK,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": GREY,
+    "grid.alpha": 0.3,
+    "grid.linewidth": 0.4,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 4,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cvrbench",
+    "pdf.fonttype": 42,
+    "text.parse_math": False,
+    "legend.frameon": False,
+    "axes.axisbelow": True,
+    "figure.constrained_layout.use": True,
 }
 matplotlib.rcParams.update(SETTINGS)
 
@@ -65,8 +115,10 @@ class Look:
 
 
 class Palette:
-    """What each codec looks like, by its place in a list: a family has a colour of its own while there is one, then the one that the fewest codecs have;
-    what shares a colour differs by marker and fill. Two codecs have two looks, up to as many as there are colours and markers."""
+    """What each codec looks like, by its place in a list: a family has a colour of its own while
+    there is one, then the one that the fewest codecs have; what shares a colour differs by marker
+    and fill. Two codecs have two looks, up to as many as there are colours and markers.
+    """
 
     def __init__(self, codecs: Iterable[Codec] = ()) -> None:
         self.looks: dict[str, Look] = {}
@@ -124,8 +176,15 @@ def row_order(row: Row) -> tuple:
     """Rows of a volume by codec, parameters as numbers where they are, threads, access mode."""
     modes = list(CACHE_MARKERS)
     cache = row.text("render/cache")
-    return (codec_order(row.codec), tuple((name, leading_numbers(value), value) for name, value in sorted(row.parameters.items())), row.threads,
-            modes.index(cache) if cache in modes else len(modes), cache)
+    return (
+        codec_order(row.codec),
+        tuple(
+            (name, leading_numbers(value), value) for name, value in sorted(row.parameters.items())
+        ),
+        row.threads,
+        modes.index(cache) if cache in modes else len(modes),
+        cache,
+    )
 
 
 def leading_numbers(text: str) -> tuple[float, ...]:
@@ -144,13 +203,21 @@ def new_panel(height: float = HEIGHT_INCHES, stacked: int = 1) -> tuple[Drawing,
 
 
 def log_axis(axis: Axes, which: str) -> None:
-    """A logarithmic axis with plain numbers; 2 and 5 are labelled too where the range is short, even steps where it is within a decade."""
+    """A logarithmic axis with plain numbers; 2 and 5 are labelled too where the range is short,
+    even steps where it is within a decade.
+    """
     getattr(axis, f"set_{which}scale")("log")
     low, high = getattr(axis, f"get_{which}lim")()
     target = getattr(axis, f"{which}axis")
     span = high / low if low > 0 else 1e9
-    target.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]) if span < 6 else LogLocator(subs=(1, 2, 5) if span < 300 else (1,), numticks=12))
-    target.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 <= value < 1e6 else f"{value:.0e}"))
+    target.set_major_locator(
+        MaxNLocator(5, steps=[1, 2, 5, 10])
+        if span < 6
+        else LogLocator(subs=(1, 2, 5) if span < 300 else (1,), numticks=12)
+    )
+    target.set_major_formatter(
+        FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 <= value < 1e6 else f"{value:.0e}")
+    )
     target.set_minor_locator(NullLocator())
 
 
@@ -162,8 +229,18 @@ def error_bars(found: Estimate) -> list[list[float]] | None:
 
 
 Box = tuple[float, float, float, float]
-PLACES = ((4, -2.2, "left"), (-4, -2.2, "right"), (4, 5, "left"), (4, -9.5, "left"), (-4, 5, "right"), (-4, -9.5, "right"), (4, 12, "left"), (4, -16, "left"),
-          (-4, 12, "right"), (-4, -16, "right"))
+PLACES = (
+    (4, -2.2, "left"),
+    (-4, -2.2, "right"),
+    (4, 5, "left"),
+    (4, -9.5, "left"),
+    (-4, 5, "right"),
+    (-4, -9.5, "right"),
+    (4, 12, "left"),
+    (4, -16, "left"),
+    (-4, 12, "right"),
+    (-4, -16, "right"),
+)
 
 
 def in_points(axis: Axes, x: float, y: float) -> tuple[float, float]:
@@ -172,47 +249,70 @@ def in_points(axis: Axes, x: float, y: float) -> tuple[float, float]:
     return px * 72 / axis.figure.dpi, py * 72 / axis.figure.dpi
 
 
-def place_label(axis: Axes, x: float, y: float, text: str, taken: list[Box]) -> tuple[float, float, str] | None:
-    """The first place beside a point where a label overlaps neither what is taken nor the edge; None where there is none."""
+def place_label(
+    axis: Axes, x: float, y: float, text: str, taken: list[Box]
+) -> tuple[float, float, str] | None:
+    """The first place beside a point where a label overlaps neither what is taken nor the edge;
+    None where there is none.
+    """
     width, height = LETTER_POINTS * len(text), 7.0
     px, py = in_points(axis, x, y)
     left, bottom, right, top = (v * 72 / axis.figure.dpi for v in axis.get_window_extent().extents)
     for dx, dy, side in PLACES:
         x0 = px + dx - (width if side == "right" else 0)
         box = (x0, py + dy, x0 + width, py + dy + height)
-        inside = box[0] >= left - 2 and box[2] <= right + 8 and box[1] >= bottom - 2 and box[3] <= top + 6
-        if inside and not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken):
+        inside = (
+            box[0] >= left - 2
+            and box[2] <= right + 8
+            and box[1] >= bottom - 2
+            and box[3] <= top + 6
+        )
+        if inside and not any(
+            box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken
+        ):
             taken.append(box)
             return dx, dy, side
     return None
 
 
 def freeze(drawing: Drawing) -> None:
-    """Lays the panel out once: afterwards nothing moves, and saving it in several formats costs no further layout."""
+    """Lays the panel out once: afterwards nothing moves, and saving it in several formats costs no
+    further layout.
+    """
     if drawing.get_layout_engine() is not None:
         drawing.draw_without_rendering()
         drawing.set_layout_engine("none")
 
 
 def number_ids(svg: str, prefix: str) -> str:
-    """Ids in the order of their appearance: matplotlib makes some of addresses in memory, which no two runs share. Those that nothing refers to go."""
+    """Ids in the order of their appearance: matplotlib makes some of addresses in memory, which no
+    two runs share. Those that nothing refers to go.
+    """
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', svg))
     names: dict[str, str] = {}
 
     def renamed(name: str) -> str:
         return names.setdefault(name, f"{prefix}-{len(names)}")
 
-    svg = re.sub(r' id="([^"]*)"', lambda m: f' id="{renamed(m.group(1))}"' if m.group(1) in used else "", svg)
+    svg = re.sub(
+        r' id="([^"]*)"',
+        lambda m: f' id="{renamed(m.group(1))}"' if m.group(1) in used else "",
+        svg,
+    )
     return re.sub(r'(href="#|url\(#)([^")]+)', lambda m: m.group(1) + renamed(m.group(2)), svg)
 
 
 def to_svg(drawing: Drawing, prefix: str, label: str, description: str) -> str:
-    """The panel as an inline SVG element: its ids begin with `prefix`, and title and desc say what it shows."""
+    """The panel as an inline SVG element: its ids begin with `prefix`, and title and desc say what
+    it shows.
+    """
     freeze(drawing)
     text = io.StringIO()
-    drawing.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    drawing.savefig(
+        text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
+    )
     svg = text.getvalue()
-    svg = svg[svg.index("<svg"):]
+    svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>\s*", "", svg, flags=re.S)
     svg = number_ids(svg, prefix)
     svg = svg.replace("xlink:href=", "href=").replace(INK, "currentColor")
@@ -221,43 +321,67 @@ def to_svg(drawing: Drawing, prefix: str, label: str, description: str) -> str:
     opening = re.match(r"<svg[^>]*>", svg)
     assert opening is not None
     box = re.search(r'viewBox="([^"]*)"', opening.group(0))
-    head = (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box.group(1) if box else "0 0 238 170"}" role="img" '
-            f'aria-labelledby="{prefix}-title {prefix}-desc"><title id="{prefix}-title">{escape(label)}</title>'
-            f'<desc id="{prefix}-desc">{escape(description)}</desc>')
-    return head + svg[opening.end():]
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box.group(1) if box else "0 0 238 170"}" role="img" '
+        f'aria-labelledby="{prefix}-title {prefix}-desc"><title id="{prefix}-title">{escape(label)}</title>'
+        f'<desc id="{prefix}-desc">{escape(description)}</desc>'
+    )
+    return head + svg[opening.end() :]
 
 
 def escape(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+    return (
+        text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+    )
 
 
 def write_files(drawing: Drawing, stem: Path) -> None:
     """STEM.pdf and STEM.svg as they go into a paper: black text, transparent background."""
-    drawing.savefig(stem.with_name(stem.name + ".pdf"), metadata={"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None})
+    drawing.savefig(
+        stem.with_name(stem.name + ".pdf"),
+        metadata={"CreationDate": None, "ModDate": None, "Creator": None, "Producer": None},
+    )
     with matplotlib.rc_context({"svg.fonttype": "path"}):
         text = io.StringIO()
         drawing.savefig(text, format="svg", metadata={"Date": None})
-    stem.with_name(stem.name + ".svg").write_text(number_ids(text.getvalue(), "c"), encoding="utf-8")
+    stem.with_name(stem.name + ".svg").write_text(
+        number_ids(text.getvalue(), "c"), encoding="utf-8"
+    )
 
 
 def axis_with_exact(values: list[float | None], axis: Axes, word: str = "exact") -> float:
-    """Where exact points (None) lie on a PSNR axis: above all others, with a line that says so. The y of that line."""
+    """Where exact points (None) lie on a PSNR axis: above all others, with a line that says so. The
+    y of that line.
+    """
     known = [v for v in values if v is not None]
     low, high = (min(known), max(known)) if known else (30.0, 40.0)
     top = high + max(3.0, 0.2 * (high - low))
     if any(v is None for v in values):
         axis.axhline(top, color=GREY, linewidth=0.6, linestyle=":")
-        axis.annotate(word, (0, top), (2, 2), xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=6)
+        axis.annotate(
+            word,
+            (0, top),
+            (2, 2),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            fontsize=6,
+        )
     return top
 
 
-def describe_points(points: list[tuple[str, float, float]], x_name: str, y_name: str, most: int = 12) -> str:
+def describe_points(
+    points: list[tuple[str, float, float]], x_name: str, y_name: str, most: int = 12
+) -> str:
     """What a reader who cannot see the panel needs: each point, up to `most` of them."""
-    told = "; ".join(f"{label}: {x_name} {spell(x)}, {y_name} {spell(y)}" for label, x, y in points[:most])
+    told = "; ".join(
+        f"{label}: {x_name} {spell(x)}, {y_name} {spell(y)}" for label, x, y in points[:most]
+    )
     return told + (f"; and {len(points) - most} more" if len(points) > most else "")
 
 
 def log_axis_labels(axis: Axes, ticks: list[float]) -> None:
     """Few values of a logarithmic x axis labelled one by one, large ones as powers."""
     axis.xaxis.set_major_locator(FixedLocator(ticks))
-    axis.xaxis.set_major_formatter(FixedFormatter([spell(tick) if tick >= 1e4 else f"{tick:g}" for tick in ticks]))
+    axis.xaxis.set_major_formatter(
+        FixedFormatter([spell(tick) if tick >= 1e4 else f"{tick:g}" for tick in ticks])
+    )

@@ -1,4 +1,6 @@
-"""Pictures that a run kept (keep_pictures): DIR/pictures/*.png, each with its difference to the reference, as data of the page."""
+"""Pictures that a run kept (keep_pictures): DIR/pictures/*.png, each with its difference to the
+reference, as data of the page.
+"""
 
 from __future__ import annotations
 
@@ -44,10 +46,18 @@ def as_data(path: Path, exact: bool) -> tuple[str, int, int] | None:
         with Image.open(path) as image:
             width, height = image.size
             if exact:
-                return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode(), width, height
+                return (
+                    "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode(),
+                    width,
+                    height,
+                )
             smaller = io.BytesIO()
             image.convert("RGB").save(smaller, "WEBP", quality=WEBP_QUALITY, method=4)
-            return "data:image/webp;base64," + base64.b64encode(smaller.getvalue()).decode(), width, height
+            return (
+                "data:image/webp;base64," + base64.b64encode(smaller.getvalue()).decode(),
+                width,
+                height,
+            )
     except (OSError, UnidentifiedImageError, ValueError):
         return None
 
@@ -58,7 +68,9 @@ def collect(rows: list[Row]) -> tuple[list[Picture], str]:
     for row in rows:
         picture, difference = file_of(row, "picture"), file_of(row, "difference")
         if row.ok and picture and difference:
-            groups.setdefault((place(row), picture.read_bytes(), difference.read_bytes()), []).append((row, picture, difference))
+            groups.setdefault(
+                (place(row), picture.read_bytes(), difference.read_bytes()), []
+            ).append((row, picture, difference))
     kept = list(groups.values())[:MOST_PICTURES]
     exact = sum(one.stat().st_size for same in kept for one in same[0][1:]) <= EXACT_BYTES
     pictured = [row for same in groups.values() for row, _, _ in same]
@@ -70,9 +82,23 @@ def collect(rows: list[Row]) -> tuple[list[Picture], str]:
         if shown is None or changed is None:
             continue
         title = ", ".join(dict.fromkeys(mode_label(one, varying, sweeps) for one, _, _ in same))
-        pictures.append(Picture(title, place_title(place(row)), shown[0], changed[0], row.number("pictures/gain") or 1.0, row.number("pictures/psnr_db"),
-                                row.number("pictures/ssim"), shown[1], shown[2], str(picture)))
-    note = "Pictures that are equal bit by bit are shown once." if len(pictured) > len(groups) else ""
+        pictures.append(
+            Picture(
+                title,
+                place_title(place(row)),
+                shown[0],
+                changed[0],
+                row.number("pictures/gain") or 1.0,
+                row.number("pictures/psnr_db"),
+                row.number("pictures/ssim"),
+                shown[1],
+                shown[2],
+                str(picture),
+            )
+        )
+    note = (
+        "Pictures that are equal bit by bit are shown once." if len(pictured) > len(groups) else ""
+    )
     if kept and not exact:
         note += f" Pictures are shown as WebP of quality {WEBP_QUALITY}; the exact ones are the PNG files named below each."
     if len(groups) > len(kept):

@@ -1,7 +1,9 @@
-"""Rows of results folders: one JSON object a line, the outcome of one cell (results/schema/row.schema.json).
+"""Rows of results folders: one JSON object a line, the outcome of one cell
+(results/schema/row.schema.json).
 
-A line that is torn or is no object is counted and left out. The last row of a cell counts; a cell is what was measured, the machine that
-measured it and the device that drew it, so that nothing of two machines is ever one row. Missing, null and infinite numbers read as None.
+A line that is torn or is no object is counted and left out. The last row of a cell counts; a cell
+is what was measured, the machine that measured it and the device that drew it, so that nothing of
+two machines is ever one row. Missing, null and infinite numbers read as None.
 """
 
 from __future__ import annotations
@@ -77,7 +79,7 @@ class Row:
 
     @property
     def extent(self) -> str:
-        """"X x Y x Z", or nothing where it is not known."""
+        """ "X x Y x Z", or nothing where it is not known."""
         axes = self.get("dataset/extent", [])
         return " x ".join(str(a) for a in axes) if isinstance(axes, list) else ""
 
@@ -159,7 +161,9 @@ def read_folder(folder: Path) -> tuple[list[Row], Source]:
 
 
 def load(folders: Iterable[Path]) -> Results:
-    """The last row of each cell of all folders; of two folders the later time counts, and of equal times the later folder."""
+    """The last row of each cell of all folders; of two folders the later time counts, and of equal
+    times the later folder.
+    """
     latest: dict[tuple[str, str, str], Row] = {}
     sources, read = [], 0
     for folder in folders:
@@ -168,7 +172,11 @@ def load(folders: Iterable[Path]) -> Results:
         read += len(rows)
         for row in rows:
             before = latest.get(row.identity)
-            newer = before is None or before.folder == row.folder or row.text("provenance/time") >= before.text("provenance/time")
+            newer = (
+                before is None
+                or before.folder == row.folder
+                or row.text("provenance/time") >= before.text("provenance/time")
+            )
             if newer:
                 latest[row.identity] = row
     return Results(list(latest.values()), sources, read - len(latest))
@@ -180,7 +188,10 @@ def varying_parameters(rows: Iterable[Row]) -> dict[str, set[str]]:
     for row in rows:
         for name, value in row.parameters.items():
             values.setdefault(row.codec, {}).setdefault(name, set()).add(value)
-    return {codec: {name for name, seen in names.items() if len(seen) > 1} for codec, names in values.items()}
+    return {
+        codec: {name for name, seen in names.items() if len(seen) > 1}
+        for codec, names in values.items()
+    }
 
 
 def codec_label(row: Row, varying: dict[str, set[str]]) -> str:

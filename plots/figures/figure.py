@@ -16,7 +16,9 @@ T = TypeVar("T")
 
 @dataclass
 class Panel:
-    """One drawing of 3.3 inches. `name` is part of file names, unique within the figure; `points`: how many values it shows."""
+    """One drawing of 3.3 inches. `name` is part of file names, unique within the figure; `points`:
+    how many values it shows.
+    """
 
     name: str
     title: str
@@ -28,7 +30,9 @@ class Panel:
 
 @dataclass(frozen=True)
 class Figure:
-    """`section`: heading of the page that it stands under. `needs`: what is missing where there is no panel, and the run that fills it."""
+    """`section`: heading of the page that it stands under. `needs`: what is missing where there is
+    no panel, and the run that fills it.
+    """
 
     name: str
     section: str

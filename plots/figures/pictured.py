@@ -10,7 +10,13 @@ from rows import Row, codec_label
 def place(row: Row) -> tuple[str, str, str, str, str]:
     """What two pictures must share to be compared: volume, scene, shading, size and device."""
     size = row.get("render/size", [])
-    return (row.volume, row.text("render/scene"), row.text("render/shading"), "x".join(map(str, size)) if isinstance(size, list) else "", row.device)
+    return (
+        row.volume,
+        row.text("render/scene"),
+        row.text("render/shading"),
+        "x".join(map(str, size)) if isinstance(size, list) else "",
+        row.device,
+    )
 
 
 def place_title(found: tuple[str, str, str, str, str]) -> str:
@@ -30,12 +36,28 @@ def mode_label(row: Row, varying: dict[str, set[str]], sweeps: Iterable[str] = (
 
 
 def swept(rows: list[Row]) -> list[str]:
-    """Settings of pictures that take several values in these rows for some access mode (what has no cache has 0 MiB)."""
+    """Settings of pictures that take several values in these rows for some access mode (what has no
+    cache has 0 MiB).
+    """
     names = ("lod_bias", "cache_mib", "ao_samples", "step", "frames")
     modes = {row.text("render/cache") for row in rows}
-    return [name for name in names if any(len({str(row.get(f"render/{name}")) for row in rows if row.text("render/cache") == mode}) > 1 for mode in modes)]
+    return [
+        name
+        for name in names
+        if any(
+            len(
+                {str(row.get(f"render/{name}")) for row in rows if row.text("render/cache") == mode}
+            )
+            > 1
+            for mode in modes
+        )
+    ]
 
 
 def software_note(rows: list[Row]) -> str:
     software = any(row.text("device/type") == "software" for row in rows)
-    return "Drawn by a software device: these are times of a processor, not comparable with those of a GPU." if software else ""
+    return (
+        "Drawn by a software device: these are times of a processor, not comparable with those of a GPU."
+        if software
+        else ""
+    )

@@ -14,10 +14,21 @@ def brick(row: Row) -> float | None:
 
 
 def draw(rows: list[Row]) -> list[Panel]:
-    return scaling_panels(rows, [RATE, ENCODE, DECODE, ACCESS, FRAME], brick, "brick edge, voxels", lambda row: row.volume, {"brick"})
+    return scaling_panels(
+        rows,
+        [RATE, ENCODE, DECODE, ACCESS, FRAME],
+        brick,
+        "brick edge, voxels",
+        lambda row: row.volume,
+        {"brick"},
+    )
 
 
 FIGURE = Figure(
-    "scaling-brick", "Scaling", "Scaling with brick size",
+    "scaling-brick",
+    "Scaling",
+    "Scaling with brick size",
     "Rates are exact; times are medians with 95 % intervals of the median (from minimum to maximum below six repetitions). Both axes logarithmic.",
-    "No codec was measured with two sizes of bricks. configs/paper/table2.yaml and configs/paper/table_s1.yaml do so.", draw)
+    "No codec was measured with two sizes of bricks. configs/paper/table2.yaml and configs/paper/table_s1.yaml do so.",
+    draw,
+)

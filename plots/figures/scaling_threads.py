@@ -12,10 +12,16 @@ def threads(row: Row) -> float | None:
 
 
 def draw(rows: list[Row]) -> list[Panel]:
-    return scaling_panels(rows, [ENCODE, DECODE], threads, "threads", lambda row: row.volume, {"threads"})
+    return scaling_panels(
+        rows, [ENCODE, DECODE], threads, "threads", lambda row: row.volume, {"threads"}
+    )
 
 
 FIGURE = Figure(
-    "scaling-threads", "Scaling", "Scaling with threads",
+    "scaling-threads",
+    "Scaling",
+    "Scaling with threads",
     "Wall time, medians with 95 % intervals of the median (from minimum to maximum below six rounds). Both axes logarithmic.",
-    "No cell was measured with two numbers of threads. `threads: [1, all]` in a block of a config does so.", draw)
+    "No cell was measured with two numbers of threads. `threads: [1, all]` in a block of a config does so.",
+    draw,
+)

@@ -12,11 +12,22 @@ def voxels(row: Row) -> float | None:
 
 
 def draw(rows: list[Row]) -> list[Panel]:
-    return scaling_panels(rows, [RATE, ENCODE, DECODE, ACCESS, FRAME], voxels, "voxels", lambda row: row.text("dataset/title", row.dataset), set())
+    return scaling_panels(
+        rows,
+        [RATE, ENCODE, DECODE, ACCESS, FRAME],
+        voxels,
+        "voxels",
+        lambda row: row.text("dataset/title", row.dataset),
+        set(),
+    )
 
 
 FIGURE = Figure(
-    "scaling-volume", "Scaling", "Scaling with volume size",
+    "scaling-volume",
+    "Scaling",
+    "Scaling with volume size",
     "Volumes of one description and several extents. Times are medians with 95 % intervals of the median (from minimum to maximum below six "
     "repetitions). Both axes logarithmic.",
-    "No data set was measured in two extents. configs/paper/tvq_fig9.yaml does so; a config may list a data set with several values of scale.", draw)
+    "No data set was measured in two extents. configs/paper/tvq_fig9.yaml does so; a config may list a data set with several values of scale.",
+    draw,
+)

@@ -1,4 +1,6 @@
-"""The floors of the house: a room includes its own files and those of the rooms below it (HACKING.md)."""
+"""The floors of the house: a room includes its own files and those of the rooms below it
+(HACKING.md).
+"""
 import pathlib
 import re
 import unittest
@@ -21,7 +23,8 @@ FLOORS = {
     "experiments/micro": 8,
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
-# Headers of libraries, and the rooms that alone may include them: codecs know no Vulkan, no YAML, no clock.
+# Headers of libraries, and the rooms that alone may include them: codecs know no Vulkan, no YAML,
+# no clock.
 LIBRARIES = {
     "vulkan/": ("gpu/",),
     "yaml-cpp/": ("volumes/",),

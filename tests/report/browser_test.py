@@ -1,4 +1,5 @@
-"""The page in a browser: no error and no request, all figures, sorting by keyboard, both colour schemes, narrow screens, paper.
+"""The page in a browser: no error and no request, all figures, sorting by keyboard, both colour
+schemes, narrow screens, paper.
 
 Exit code 77 where there is no Chromium, which ctest shows as skipped.
 """
@@ -37,30 +38,44 @@ class InBrowser(unittest.TestCase):
         return self.browser.evaluate
 
     def column(self, number):
-        return self.browser.evaluate(f"Array.from({TABLE}.tBodies[0].rows).filter(r => !r.hidden).map(r => r.cells[{number}].textContent.trim())")
+        return self.browser.evaluate(
+            f"Array.from({TABLE}.tBodies[0].rows).filter(r => !r.hidden).map(r => r.cells[{number}].textContent.trim())"
+        )
 
     def test_no_error_and_no_request_but_the_page(self):
         for scheme in ("light", "dark"):
             self.open(scheme=scheme)
         self.assertEqual(self.browser.complaints, [])
-        self.assertEqual({url for url in self.browser.requests if not url.startswith("data:")}, {self.page.resolve().as_uri()})
+        self.assertEqual(
+            {url for url in self.browser.requests if not url.startswith("data:")},
+            {self.page.resolve().as_uri()},
+        )
 
     def test_all_figures_have_a_size(self):
         ask = self.open()
         ask("document.querySelectorAll('details').forEach(d => d.open = true)")
-        boxes = ask("Array.from(document.querySelectorAll('figure svg')).map(s => [s.closest('figure').id, s.getBoundingClientRect().width, s.getBoundingClientRect().height])")
+        boxes = ask(
+            "Array.from(document.querySelectorAll('figure svg')).map(s => [s.closest('figure').id, s.getBoundingClientRect().width, s.getBoundingClientRect().height])"
+        )
         for figure in REGISTRY:
-            self.assertTrue(any(name.startswith(f"figure-{figure.name}-") for name, _, _ in boxes), figure.name)
+            self.assertTrue(
+                any(name.startswith(f"figure-{figure.name}-") for name, _, _ in boxes), figure.name
+            )
         self.assertEqual([box for box in boxes if box[1] < 200 or box[2] < 60], [])
-        self.assertEqual(ask("Array.from(document.images).filter(i => i.naturalWidth === 0).length"), 0)
+        self.assertEqual(
+            ask("Array.from(document.images).filter(i => i.naturalWidth === 0).length"), 0
+        )
 
     def test_text_of_figures_stays_within_them(self):
         ask = self.open()
-        outside = ask("""Array.from(document.querySelectorAll('figure svg')).flatMap(s => {
-            const box = s.getBoundingClientRect();
-            return Array.from(s.querySelectorAll('text')).filter(t => { const b = t.getBoundingClientRect();
+        outside = ask(
+            """Array.from(document.querySelectorAll('figure svg')).flatMap(s => { const box =
+            s.getBoundingClientRect(); return Array.from(s.querySelectorAll('text')).filter(t => {
+            const b = t.getBoundingClientRect();
               return b.left < box.left - 4 || b.right > box.right + 4 || b.top < box.top - 4 || b.bottom > box.bottom + 4; })
-              .map(t => s.closest('figure').id + ': ' + t.textContent); })""")
+              .map(t => s.closest('figure').id + ': ' + t.textContent); })
+            """
+        )
         self.assertEqual(outside, [])
 
     def test_the_keyboard_sorts(self):
@@ -68,11 +83,15 @@ class InBrowser(unittest.TestCase):
         before = self.column(2)
         ask(f"{TABLE}.tHead.rows[0].cells[2].querySelector('button').focus()")
         self.browser.press("Enter", "\r")
-        self.assertEqual(ask(f"{TABLE}.tHead.rows[0].cells[2].getAttribute('aria-sort')"), "ascending")
+        self.assertEqual(
+            ask(f"{TABLE}.tHead.rows[0].cells[2].getAttribute('aria-sort')"), "ascending"
+        )
         self.assertEqual(self.column(2), ["2.25", "3", "7", "10.5", "100", "failed", ""])
         self.assertNotEqual(before, self.column(2))
         self.browser.press(" ", " ")
-        self.assertEqual(ask(f"{TABLE}.tHead.rows[0].cells[2].getAttribute('aria-sort')"), "descending")
+        self.assertEqual(
+            ask(f"{TABLE}.tHead.rows[0].cells[2].getAttribute('aria-sort')"), "descending"
+        )
         self.assertEqual(self.column(2), ["100", "10.5", "7", "3", "2.25", "failed", ""])
         self.browser.press("Tab")
         self.assertEqual(ask("document.activeElement.textContent"), "published %")
@@ -85,14 +104,23 @@ class InBrowser(unittest.TestCase):
         ask(f"{TABLE}.closest('.scroll').previousElementSibling.querySelector('input').focus()")
         self.browser.write("ONE codec<3>")
         self.assertEqual(self.column(2), ["7"])
-        self.assertEqual(ask(f"{TABLE}.closest('.scroll').previousElementSibling.querySelector('output').textContent"), "1 of 7")
+        self.assertEqual(
+            ask(
+                f"{TABLE}.closest('.scroll').previousElementSibling.querySelector('output').textContent"
+            ),
+            "1 of 7",
+        )
 
     def test_dark_and_light_differ_in_background_text_and_figures(self):
         seen = {}
         for scheme in ("light", "dark"):
             ask = self.open(scheme=scheme)
-            seen[scheme] = ask("""(() => { const tick = document.querySelector('figure svg text'); return [getComputedStyle(document.documentElement).backgroundColor,
-                getComputedStyle(document.body).color, getComputedStyle(tick).fill]; })()""")
+            seen[scheme] = ask(
+                """(() => { const tick = document.querySelector('figure svg text'); return
+                [getComputedStyle(document.documentElement).backgroundColor,
+                getComputedStyle(document.body).color, getComputedStyle(tick).fill]; })()
+                """
+            )
         self.assertEqual(seen["light"][0], "rgb(255, 255, 255)")
         self.assertEqual(seen["light"][1], seen["light"][2])
         self.assertEqual(seen["dark"][1], seen["dark"][2])
@@ -113,8 +141,12 @@ class InBrowser(unittest.TestCase):
         ask = self.open(media="print", scheme="dark")
         self.assertEqual(ask("getComputedStyle(document.querySelector('nav')).display"), "none")
         self.assertEqual(ask("getComputedStyle(document.querySelector('.filter')).display"), "none")
-        self.assertEqual(ask("getComputedStyle(document.querySelector('.scroll')).overflowX"), "visible")
-        self.assertEqual(ask("getComputedStyle(document.documentElement).backgroundColor"), "rgb(255, 255, 255)")
+        self.assertEqual(
+            ask("getComputedStyle(document.querySelector('.scroll')).overflowX"), "visible"
+        )
+        self.assertEqual(
+            ask("getComputedStyle(document.documentElement).backgroundColor"), "rgb(255, 255, 255)"
+        )
         ask("dispatchEvent(new Event('beforeprint'))")
         self.assertEqual(ask("document.querySelectorAll('details:not([open])').length"), 0)
 
