@@ -36,6 +36,7 @@ import history
 import look
 import pictures
 import provenance
+import remarks
 import summary
 import tables
 from claims import FAILS, HOLDS, UNCHECKED, UNDECIDED, Claim, read_claims
@@ -125,10 +126,10 @@ def machine_part(
     origins = [provenance.volumes_table(rows), provenance.versions_table(rows)]
     return {
         "title": title,
-        "run": summary.what_was_run(rows),
+        "run": remarks.what_was_run(rows),
         "findings": found,
         "unanswered": summary.unanswered(found),
-        "stands_out": summary.stands_out(rows),
+        "stands_out": remarks.stands_out(rows),
         "failures": failures,
         "tables": [table for table in cells if table is not None],
         "pictures": shown,
@@ -137,6 +138,27 @@ def machine_part(
         "facts": provenance.facts(rows),
         "provenance_tables": [table for table in origins if table is not None],
     }
+
+
+def short_answers(parts: Sequence[dict[str, Any]]) -> list[str]:
+    """A table of each machine's questions and answers, for the terminal."""
+    lines = []
+    for part in parts:
+        asked = [(finding.question, finding.headline) for finding in part["findings"]]
+        if not asked:
+            continue
+        if len(parts) > 1:
+            lines += [part["title"], ""]
+        widths = [max(len(texts[side]) for texts in asked) for side in (0, 1)]
+        lines += [
+            f"| {question:{widths[0]}} | {answer:{widths[1]}} |" for question, answer in asked
+        ]
+        lines[-len(asked) : -len(asked)] = [
+            f"| {'question':{widths[0]}} | {'answer':{widths[1]}} |",
+            f"|:{'-' * (widths[0] + 1)}|:{'-' * (widths[1] + 1)}|",
+        ]
+        lines.append("")
+    return lines
 
 
 def ask_history(program: str, store: Path | None) -> tuple[list[dict[str, Any]], str]:
@@ -178,8 +200,8 @@ def build_page(
     figures: Path | None,
     steps: list[dict[str, Any]],
     history_note: str,
-) -> str:
-    """The whole page; codecs look as `look.use_codecs` was told."""
+) -> tuple[str, list[str]]:
+    """The whole page, and its answers in short; codecs look as `look.use_codecs` was told."""
     machines = [
         (machine, provenance.machine_title(rows, machine), rows)
         for machine in results.machines
@@ -234,7 +256,7 @@ def build_page(
         style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
         script=Markup((HERE / "table.js").read_text(encoding="utf-8")),
     )
-    return page.strip() + "\n"
+    return page.strip() + "\n", short_answers(parts)
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -289,8 +311,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         look.use_codecs(
             codec_list.listed(folders, choices.program), (row.codec for row in results.rows)
         )
-        page = build_page(results, folders, choices.title, choices.figures, steps, history_note)
+        page, answers = build_page(
+            results, folders, choices.title, choices.figures, steps, history_note
+        )
         write_whole(choices.output, page)
+        print("\n".join([*answers, f"Report: {choices.output}"]), flush=True)
     except OSError as error:
         print(f"report.py: {error}", file=sys.stderr)
         return EXIT_ENVIRONMENT

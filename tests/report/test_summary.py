@@ -4,6 +4,7 @@ import unittest
 from pathlib import Path
 
 import samples
+import remarks
 import summary
 from rows import Row
 
@@ -49,7 +50,7 @@ class Answers(unittest.TestCase):
             one["verification"] = {"voxels_compared": 100, "mismatches": 1}
         self.assertTrue(finding(rows, "smallest").headline.startswith("right"))
         self.assertTrue(
-            any("voxels that differ" in text for text in summary.stands_out(rows_of(rows)))
+            any("voxels that differ" in text for text in remarks.stands_out(rows_of(rows)))
         )
 
     def test_the_fastest_access_with_its_interval_size_and_error(self):
@@ -118,7 +119,7 @@ class Answers(unittest.TestCase):
         self.assertEqual(summary.unanswered(summary.findings(rows_of(samples.whole()), [])), [])
 
     def test_failures_are_counted(self):
-        text = " ".join(summary.stands_out(rows_of(samples.whole())))
+        text = " ".join(remarks.stands_out(rows_of(samples.whole())))
         self.assertIn("1 cell without a result that should have one: 1 data-missing.", text)
         self.assertIn("1 cell unsupported", text)
 
