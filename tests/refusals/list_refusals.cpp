@@ -2,7 +2,8 @@
 // the codecs that a GPU decodes.
 //
 //   list_refusals                 prints it
-//   list_refusals --check FILE    compares it with a file (tests/golden/refusals.txt); exit code 1 where a line differs
+//   list_refusals --check FILE    compares it with a file (tests/golden/refusals.txt); exit code 1
+//                                 where a line differs
 //
 // No device is asked: the lines of access modes are for the limits of made-up ones, so that they
 // are the same on every machine. Such a line: codec, access mode, brick size, volume and device,
@@ -14,12 +15,14 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "codecs/container.hpp"
 #include "codecs/registry.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/refusals.hpp"
+#include "volumes/parallel.hpp"
 
 namespace cvr::refusals {
 namespace {
@@ -60,6 +63,7 @@ void add_refusals(std::vector<std::string>& lines, const codecs::Codec& codec,
   const auto encoding = decoder->gpu_encoding(static_cast<std::uint32_t>(brick), 1);
   if (!encoding) return line("all", "any", encoding.error().message);
   for (const gpu::CacheTraits& mode : gpu::all_caches()) {
+    if (!mode.labels) continue;  // it refuses all labels
     for (const MadeUpDevice& device : kDevices) {
       const std::string reason = mode.refuses(*encoding, device.limits);
       if (!reason.empty()) line(mode.id, device.name, reason);
@@ -67,15 +71,27 @@ void add_refusals(std::vector<std::string>& lines, const codecs::Codec& codec,
   }
 }
 
+std::vector<std::string> refusals_of_modes(const codecs::Codec& codec) {
+  std::vector<std::string> lines;
+  if (!codec.traits().gpu_decodable) return lines;
+  for (const char* name : kVolumes) {
+    for (const int brick : kBricks) add_refusals(lines, codec, samples::sample(name), brick);
+  }
+  return lines;
+}
+
+/// Codecs side by side; the lines in the registry's order, those of access modes last.
 std::vector<std::string> lines() {
+  const auto registry = codecs::all_codecs();
+  std::vector<std::vector<std::string>> of_codecs(registry.size()), of_modes(registry.size());
+  volumes::parallel_for(std::max(std::thread::hardware_concurrency(), 1u), registry.size(),
+                        [&](unsigned, std::uint64_t k) {
+                          of_codecs[k] = samples::find_refusals(*registry[k]);
+                          of_modes[k] = refusals_of_modes(*registry[k]);
+                        });
   std::vector<std::string> all;
-  for (const codecs::Codec* codec : codecs::all_codecs())
-    std::ranges::move(samples::find_refusals(*codec), std::back_inserter(all));
-  for (const codecs::Codec* codec : codecs::all_codecs()) {
-    if (!codec->traits().gpu_decodable) continue;
-    for (const char* name : kVolumes) {
-      for (const int brick : kBricks) add_refusals(all, *codec, samples::sample(name), brick);
-    }
+  for (auto* parts : {&of_codecs, &of_modes}) {
+    for (auto& part : *parts) std::ranges::move(part, std::back_inserter(all));
   }
   return all;
 }
