@@ -240,6 +240,43 @@ TEST_F(Run, ALossyCellWhoseErrorIsAnotherThanItRecordsHasFailed) {
   EXPECT_FALSE(found.at("zfp decode").contains("time"));
 }
 
+TEST_F(Run, LabelStatisticsAreHeldToAPlainCountOfTheOriginal) {
+  program_.write("s.yaml", R"(rounds: 2
+max_rounds: 2
+timeout_s: 60
+matrix:
+  - datasets: [{generator: cells, extent: [70, 40, 33], name: blob}]
+    codecs: [raw, zstd, csgvr-sb, zfp]
+    stages: [label-statistics]
+tables:
+  - {name: t, title: T, rows: [codec], columns: [label_statistics_ns, bricks_decoded, status]}
+)");
+  ASSERT_EQ(program_.run("run s.yaml --out o").exit_code, 0);
+  const auto found = by_key();
+  ASSERT_EQ(found.size(), 4u);
+  const std::uint64_t labels = found.at("raw label-statistics")["label_statistics"]["labels"];
+  EXPECT_GT(labels, 1u);
+  for (const char* codec : {"raw", "zstd", "csgvr-sb"}) {
+    const json& row = found.at(std::string(codec) + " label-statistics");
+    ASSERT_EQ(row["status"], "ok") << row["reason"];
+    EXPECT_EQ(row["verification"]["labels_compared"], labels);
+    EXPECT_EQ(row["label_statistics"]["by"],
+              codec == std::string("csgvr-sb") ? "bricks" : "volume");
+    EXPECT_GT(row["label_statistics"]["ns_per_voxel"].get<double>(), 0);
+  }
+  EXPECT_EQ(found.at("zfp label-statistics")["status"], "unsupported");
+  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::ContainsRegex("csgvr-sb,[0-9.e+]+,11,ok"));
+  // One voxel of the encoded volume has another label.
+  EXPECT_EQ(program_.run_with_fault("mismatch csgvr-sb", "run s.yaml --out f --only codec=csgvr-sb")
+                .exit_code,
+            1);
+  const auto failed = by_key("f");
+  const json& wrong = failed.at("csgvr-sb label-statistics");
+  EXPECT_EQ(wrong["status"], "failed");
+  EXPECT_THAT(wrong["reason"].get<std::string>(), HasSubstr("expected"));
+  EXPECT_FALSE(wrong.contains("time"));
+}
+
 TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
   program_.write("f.yaml", kConfig);
   const Outcome outcome =

@@ -83,6 +83,7 @@ inline bool exercise(const codecs::Decoder& decoder, const volumes::VolumeInfo& 
     if (size.voxels() * size_of(info.type) > kLargestLevel) continue;
     std::vector<std::byte> brick(size.voxels() * size_of(info.type));
     const volumes::Extent grid = access->brick_grid();
+    accepted &= access->only_label({0, 0, 0}).has_value();
     accepted &= access->decode_brick({0, 0, 0}, lod, brick.data()).has_value();
     accepted &=
         access->decode_brick({grid.x - 1, grid.y - 1, grid.z - 1}, lod, brick.data()).has_value();
