@@ -7,16 +7,18 @@
 
 #include <string>
 
-#include "experiments/stages/stage.hpp"
+namespace cvr::experiments {
+class StageHooks;
+}
 
 namespace cvr::experiments::cli {
 
 struct Environment {
-  std::string program;  ///< path of this program, for worker processes
-  std::string data;     ///< the folder that ${CVRBENCH_DATA} stands for; may be empty
-  std::string cache;    ///< folder for raw copies of data sets
-  std::string share;    ///< folder for noise floors and history
-  StageHooks* hooks;    ///< of the worker
+  std::string program;          ///< path of this program, for worker processes
+  std::string data;             ///< the folder that ${CVRBENCH_DATA} stands for; may be empty
+  std::string cache;            ///< folder for raw copies of data sets
+  std::string share;            ///< folder for noise floors and history
+  StageHooks* hooks = nullptr;  ///< of the worker
 };
 
 int run_command_line(int argc, char** argv, const Environment& environment);

@@ -141,6 +141,7 @@ RenderOption scene_option() {
                               {.key = "scenes", .name = "scene", .is_label = true, .axis = 1});
   made.in_cell_key = [](const RenderChoice& c) { return c.scene; };
   const auto names = list_of(one_text("the name of a scene, or of its file"), "scenes");
+  made.is_needed = true;
   made.key = {"scenes", names.values, names.schema, "",
               "Scenes of configs/scenes, or paths of scene files from this file."};
   made.read = [](const YamlValue& value, const std::string& folder) -> RenderValues {
@@ -182,6 +183,7 @@ RenderOption access_option() {
   const auto names =
       list_of(one_word(ids, fmt::format("an access mode ({})", fmt::join(ids, ", "))),
               "access modes, or all");
+  made.is_needed = true;
   made.key = {"caches", "all, or a list of access modes",
               schema_of_either(R"({"const": "all"})", names.schema), "",
               "Access modes (`cvrbench list caches`); all: those that serve the volume."};
@@ -384,10 +386,12 @@ void RenderBlock::check(const YamlValue& block, bool renders) const {
                     given_.front().option->key.name));
   }
   if (!renders) return;
-  for (const char* name : {"scenes", "caches"}) {
-    if (std::ranges::none_of(given_, [&](const Given& g) { return g.option->key.name == name; })) {
-      block.reject(
-          fmt::format("expected the key {}, which the stage render needs, found none", name));
+  for (const RenderOption& option : render_options()) {
+    const bool missing =
+        std::ranges::none_of(given_, [&](const Given& given) { return given.option == &option; });
+    if (option.is_needed && missing) {
+      block.reject(fmt::format("expected the key {}, which the stage render needs, found none",
+                               option.key.name));
     }
   }
 }

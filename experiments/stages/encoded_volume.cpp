@@ -66,7 +66,7 @@ std::uint64_t xz_size(std::span<const std::byte> bytes) {
 
 std::filesystem::path scratch_path(const WorkerSpec& spec) {
   const std::string text =
-      fmt::format("{}|{}|{}|", spec.location.identity, spec.codec, spec.parameters);
+      fmt::format("{}|{}|{}", spec.location.identity, spec.codec, spec.parameters);
   return std::filesystem::path(spec.scratch) /
          fmt::format("{:016x}.cvr", XXH3_64bits(text.data(), text.size()));
 }

@@ -37,14 +37,14 @@ class RenderRun final : public StageRun {
       : spec_(input.spec),
         truth_(input.truth),
         source_(input.source),
-        before_submission_(input.before_submission),
+        after_wait_(input.after_wait),
         choice_(*spec_.render),
         scene_(scene_of(choice_)) {}
 
   Row prepare() override {
     require_scene(scene_, truth_.info().kind);
     device_ = std::make_unique<gpu::Device>(
-        gpu::DeviceOptions{.choice = choice_.device, .before_submission = before_submission_});
+        gpu::DeviceOptions{.choice = choice_.device, .after_wait = after_wait_});
     const RenderSetting setting = this->setting();
     const codecs::Buffer bytes = obtain_encoded(spec_, source_);
     const auto file = checked(codecs::open_file(bytes.bytes()));
@@ -99,7 +99,7 @@ class RenderRun final : public StageRun {
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
   const volumes::VolumeSource& source_;
-  std::function<void()> before_submission_;
+  std::function<void()> after_wait_;
   const RenderChoice& choice_;
   gpu::Scene scene_;
   std::unique_ptr<gpu::Device> device_;

@@ -35,8 +35,8 @@ class StageFailure : public std::runtime_error {
 struct StageInput {
   const WorkerSpec& spec;
   const volumes::VolumeSource& truth;
-  const volumes::VolumeSource& source;             ///< what is encoded: the truth, but in tests
-  const std::function<void()>& before_submission;  ///< see gpu::DeviceOptions
+  const volumes::VolumeSource& source;      ///< what is encoded: the truth, but in tests
+  const std::function<void()>& after_wait;  ///< see gpu::DeviceOptions
 };
 
 /// What a build of the worker for tests changes (tests/faults); the program's own changes nothing.
@@ -50,7 +50,7 @@ class StageHooks {
                                               const volumes::VolumeSource& truth) {
     return truth;
   }
-  virtual std::function<void()> before_submission(const WorkerSpec&) { return {}; }
+  virtual std::function<void()> after_wait(const WorkerSpec&) { return {}; }
   virtual void begin_round() {}
   /// Samples as the stage has taken them.
   virtual void end_round(std::vector<Sample>&) {}

@@ -281,7 +281,7 @@ std::vector<DeviceReport> list_devices() {
   return reports;
 }
 
-Device::Device(const DeviceOptions& options) : before_submission_(options.before_submission) {
+Device::Device(const DeviceOptions& options) : after_wait_(options.after_wait) {
   try {
     instance_ = create_instance(options, &messages_);
   } catch (const DeviceError& error) {
@@ -351,7 +351,7 @@ void Device::run(VkCommandBuffer commands, const std::string& what) {
     check(vkResetFences(device_, 1, &fence_), "vkResetFences");
     check(vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
     const VkResult waited = vkWaitForFences(device_, 1, &fence_, VK_TRUE, kWaitNanoseconds);
-    if (before_submission_) before_submission_();
+    if (after_wait_) after_wait_();
     check(waited, "vkWaitForFences");
   } catch (const DeviceError& error) {
     throw DeviceError(fmt::format("device {} ({}, {}), running {}: {}", report_.index, report_.name,

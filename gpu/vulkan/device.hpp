@@ -42,8 +42,9 @@ struct DeviceOptions {
       choice;  ///< an index, or a part of a name or type, in any case; empty: the first software device, else the first usable
   bool validation = false;    ///< the Khronos validation layer: core, synchronisation
   bool gpu_assisted = false;  ///< and its GPU-assisted checks
-  /// Called where the device is waited for; may throw DeviceError as a driver's answer would be.
-  std::function<void()> before_submission = {};
+  /// Called when the device has ended what was submitted; may throw DeviceError, as a driver would
+  /// that has lost it.
+  std::function<void()> after_wait = {};
 };
 
 struct DeviceLimits {
@@ -94,7 +95,7 @@ class Device {
   VkDevice device_ = VK_NULL_HANDLE;
   VkQueue queue_ = VK_NULL_HANDLE;
   VkFence fence_ = VK_NULL_HANDLE;  ///< of run()
-  std::function<void()> before_submission_;
+  std::function<void()> after_wait_;
   std::uint32_t family_ = 0, timestamp_bits_ = 64;
   double period_ = 1;
   DeviceReport report_;

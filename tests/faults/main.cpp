@@ -67,7 +67,7 @@ class Faults final : public StageHooks {
     return *altered_;
   }
 
-  std::function<void()> before_submission(const WorkerSpec&) override {
+  std::function<void()> after_wait(const WorkerSpec&) override {
     if (!hits_ || fault_ != "device-lost") return {};
     return [this] {
       if (in_rounds_) gpu::check(VK_ERROR_DEVICE_LOST, "vkWaitForFences");

@@ -17,7 +17,7 @@ TEST(LostDevice, EndsAFrameWithAClearError) {
       .access = "brick", .cache_bytes = gpu::kLeastCacheBytes, .width = 64, .height = 40};
   {
     bool is_lost = false;  // as a driver would report it
-    gpu::Device lost({.choice = device_choice(), .before_submission = [&is_lost] {
+    gpu::Device lost({.choice = device_choice(), .after_wait = [&is_lost] {
                         gpu::check(is_lost ? VK_ERROR_DEVICE_LOST : VK_SUCCESS, "vkWaitForFences");
                       }});
     auto renderer = gpu::Renderer::make(lost, encoded->encoding, volume.info(), options).value();
