@@ -40,12 +40,11 @@ void take(const Row& json, volumes::Extent& into) {
   into = {axes[0], axes[1], axes[2]};
 }
 void take(const Row& json, std::optional<GeneratorChoice>& into) {
-  if (json.is_null()) return;
   into = GeneratorChoice{json.at("kind").get<std::string>(), json.at("seed").get<std::uint64_t>(),
                          json.at("parameters").get<std::map<std::string, double>>()};
 }
 void take(const Row& json, std::optional<RenderChoice>& into) {
-  if (!json.is_null()) into = render_choice_from_row(json);
+  into = render_choice_from_row(json);
 }
 
 struct Field {
@@ -61,7 +60,8 @@ Field field(const char* name, Of of) {
           [of](WorkerSpec& spec, const Row& json) { take(json, of(spec)); }};
 }
 
-/// Everything that travels.
+/// Everything that travels. `ab` measures programs of several revisions, so a name keeps its meaning,
+/// and what a specification lacks has its default.
 const std::vector<Field>& all_fields() {
   // clang-format off
   static const std::vector<Field> kFields{
@@ -98,7 +98,11 @@ const std::vector<Field>& all_fields() {
 
 std::string to_json_line(const WorkerSpec& spec) {
   Row json;
-  for (const Field& one : all_fields()) json[one.name] = one.get(spec);
+  for (const Field& one : all_fields()) {
+    Row value = one.get(spec);
+    if (!value.is_null()) json[one.name] = std::move(value);
+  }
+  json["fault"] = "";  // workers of before the first release ask for it
   return json.dump() + "\n";
 }
 
@@ -106,7 +110,9 @@ WorkerSpec worker_spec_from_json(const std::string& line) {
   const Row json = volumes::parse_json(line, "worker specification");
   WorkerSpec spec;
   spec.location.present = true;
-  for (const Field& one : all_fields()) one.set(spec, json.at(one.name));
+  for (const Field& one : all_fields()) {
+    if (const auto found = json.find(one.name); found != json.end()) one.set(spec, *found);
+  }
   return spec;
 }
 
