@@ -109,5 +109,25 @@ TEST(Sizes, AxesAreLettersEachOnce) {
     EXPECT_FALSE(are_axes(bad)) << bad;
 }
 
+TEST(WorkerSpecification, OfAnotherRevisionIsUnderstood) {
+  WorkerSpec spec;
+  spec.codec = "csgvr-sb";
+  spec.stage = "decode";
+  spec.threads = 3;
+  spec.location.info.extent = {4, 5, 6};
+  const Row told = Row::parse(to_json_line(spec));
+  EXPECT_TRUE(told.contains("fault")) << "workers of before the first release ask for it";
+  EXPECT_FALSE(told.contains("generator") || told.contains("render"));
+  Row other = told;
+  other.erase("voxel_unit");
+  other["of_tomorrow"] = 1;
+  const WorkerSpec read = worker_spec_from_json(other.dump());
+  EXPECT_EQ(read.codec, "csgvr-sb");
+  EXPECT_EQ(read.stage, "decode");
+  EXPECT_EQ(read.threads, 3u);
+  EXPECT_EQ(read.location.info.extent, (volumes::Extent{4, 5, 6}));
+  EXPECT_EQ(read.location.info.voxel_unit, "");
+}
+
 }  // namespace
 }  // namespace cvr::experiments
