@@ -116,9 +116,9 @@ class InBrowser(unittest.TestCase):
         for scheme in ("light", "dark"):
             ask = self.open(scheme=scheme)
             seen[scheme] = ask(
-                """(() => { const tick = document.querySelector('figure svg text'); return
-                [getComputedStyle(document.documentElement).backgroundColor,
-                getComputedStyle(document.body).color, getComputedStyle(tick).fill]; })()
+                """[getComputedStyle(document.documentElement).backgroundColor,
+                getComputedStyle(document.body).color,
+                getComputedStyle(document.querySelector('figure svg text')).fill]
                 """
             )
         self.assertEqual(seen["light"][0], "rgb(255, 255, 255)")
