@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-constexpr const char* kConfig = R"(title: T
+constexpr const char* kSmallConfig = R"(title: T
 rounds: 1
 matrix:
   - {datasets: [{generator: cells, extent: [8, 8, 8], name: blob}], codecs: [raw], stages: [encode]}
@@ -28,7 +28,7 @@ matrix:
 class Arguments : public testing::Test {
  protected:
   void SetUp() override {
-    program_.write("c.yaml", kConfig);
+    program_.write("c.yaml", kSmallConfig);
     ASSERT_EQ(program_.run("generate cells --size 8,7,6 --seed 1 -o v.raw").exit_code, 0);
     ASSERT_EQ(program_.run("encode v.raw -o v.cvr --codec raw").exit_code, 0);
   }
@@ -252,20 +252,21 @@ TEST_F(Arguments, ConfigurationsAreOneStrictDocument) {
     program_.write("bad.yaml", text);
     return refusal("run bad.yaml --out o");
   };
-  EXPECT_THAT(refused(std::string(kConfig) + "---\nrounds: 2\n"), HasSubstr("bad.yaml:5"));
-  EXPECT_THAT(refused(std::string(kConfig) + "---\nrounds: 2\n"),
+  EXPECT_THAT(refused(std::string(kSmallConfig) + "---\nrounds: 2\n"), HasSubstr("bad.yaml:5"));
+  EXPECT_THAT(refused(std::string(kSmallConfig) + "---\nrounds: 2\n"),
               HasSubstr("expected one YAML document"));
   EXPECT_THAT(refused(""), HasSubstr("bad.yaml"));
-  EXPECT_THAT(refused(std::string(kConfig) + "rounds: 2\n"), HasSubstr("expected each key once"));
-  EXPECT_THAT(refused("title: \"a\\nb\"\n" + std::string(kConfig).substr(9)),
+  EXPECT_THAT(refused(std::string(kSmallConfig) + "rounds: 2\n"),
+              HasSubstr("expected each key once"));
+  EXPECT_THAT(refused("title: \"a\\nb\"\n" + std::string(kSmallConfig).substr(9)),
               HasSubstr("control characters"));
   EXPECT_THAT(refused(std::string(100000, '[')), HasSubstr("bad.yaml"));
   for (const char* value : {"010", "1e3", "+5", "0x10", "-1", "1.0", "18446744073709551616", "nan",
                             "[1]", "~", "\" 5\""})
-    EXPECT_THAT(refused(std::string(kConfig) + "seed: " + value + "\n"),
+    EXPECT_THAT(refused(std::string(kSmallConfig) + "seed: " + value + "\n"),
                 HasSubstr("bad.yaml:5:7: expected an integer in 0..18446744073709551615, found"))
         << value;
-  program_.write("bom.yaml", "\xEF\xBB\xBF" + std::string(kConfig));
+  program_.write("bom.yaml", "\xEF\xBB\xBF" + std::string(kSmallConfig));
   EXPECT_EQ(program_.run("plan bom.yaml").exit_code, 0);
   EXPECT_THAT(refusal("run . --out o"), HasSubstr("found a folder"));
 }

@@ -24,7 +24,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using namespace experiments;
 
-constexpr const char* kConfig = R"(title: I
+constexpr const char* kIsolationConfig = R"(title: I
 rounds: 2
 max_rounds: 2
 timeout_s: 60
@@ -39,7 +39,7 @@ class Isolation : public testing::Test {
  protected:
   void SetUp() override {
     signal(SIGPIPE, SIG_IGN);  // as the command line has it
-    program_.write("c.yaml", kConfig);
+    program_.write("c.yaml", kIsolationConfig);
   }
 
   /// A worker of which cells of zstd do `fault`, in the language of the shell, after their order

@@ -23,7 +23,7 @@ using testing::HasSubstr;
 using namespace std::chrono_literals;
 
 /// Five rows: memcpy, raw and zstd encode, raw is read at random, zstd cannot be.
-constexpr const char* kConfig = R"(title: K
+constexpr const char* kKilledConfig = R"(title: K
 rounds: 5
 max_rounds: 5
 timeout_s: 60
@@ -69,7 +69,7 @@ std::map<std::string, std::vector<double>> rounds_in(const std::string& journal)
 
 class Kill : public testing::Test {
  protected:
-  void SetUp() override { program_.write("c.yaml", kConfig); }
+  void SetUp() override { program_.write("c.yaml", kKilledConfig); }
   /// Of a run that hangs in its last cell, with rows and a journal.
   static constexpr const char* kHang = "hang raw random-access";
   bool hangs(const Child& child, const std::string& out = "o") const {
@@ -247,7 +247,7 @@ TEST_F(Kill, ARunIsRefusedInTheFoldersOfTwoPrograms) {
 }
 
 TEST_F(Kill, ResumingAddsNoRowThatSaysWhatTheLastOneSays) {
-  program_.write("m.yaml", std::string(kConfig) +
+  program_.write("m.yaml", std::string(kKilledConfig) +
                                "  - {datasets: [bonsai], codecs: [raw], stages: [encode]}\n");
   ASSERT_EQ(program_.run("run m.yaml --out o").exit_code, 0);
   const std::string rows = program_.read("o/rows.jsonl");

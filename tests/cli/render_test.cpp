@@ -34,7 +34,7 @@ class Variable {
 using nlohmann::json;
 using testing::HasSubstr;
 
-constexpr const char* kConfig = R"(title: T
+constexpr const char* kRenderConfig = R"(title: T
 rounds: 2
 max_rounds: 2
 timeout_s: 120
@@ -61,7 +61,7 @@ class Render : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_EQ(program_.run("generate cells --size 48,48,48 --seed 7 -o v.h5").exit_code, 0);
-    program_.write("c.yaml", kConfig);
+    program_.write("c.yaml", kRenderConfig);
   }
   std::vector<json> rows() const {
     std::istringstream in(program_.read("o/rows.jsonl"));
@@ -203,7 +203,7 @@ TEST_F(Render, EachRejectedDeviceSaysWhy) {
 }
 
 TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
-  program_.write("f.yaml", kConfig);
+  program_.write("f.yaml", kRenderConfig);
   const Outcome outcome = program_.run_with_fault(
       "device-lost csgvr-sb",
       "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only "
@@ -407,7 +407,7 @@ tables:
 }
 
 TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {
-  program_.write("f.yaml", kConfig);
+  program_.write("f.yaml", kRenderConfig);
   const Outcome outcome = program_.run_with_fault(
       "mismatch csgvr-sb",
       "run f.yaml --out o --only codec=csgvr-sb --only cache=none --only shading=local");

@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr const char* kConfig = R"(title: T
+constexpr const char* kReportConfig = R"(title: T
 rounds: 3
 max_rounds: 3
 lods: [0]
@@ -34,7 +34,7 @@ class Report : public testing::Test {
 };
 
 TEST_F(Report, MakesAPageOfARun) {
-  program_.write("c.yaml", kConfig);
+  program_.write("c.yaml", kReportConfig);
   const Outcome measured = program_.run("run c.yaml --out o");
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   const Outcome outcome = report("--results o -o page.html --figures figures --title 'Of a blob'");

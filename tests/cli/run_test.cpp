@@ -21,7 +21,7 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-constexpr const char* kConfig = R"(title: T
+constexpr const char* kRunConfig = R"(title: T
 rounds: 3
 max_rounds: 3
 timeout_s: 20
@@ -38,7 +38,7 @@ tables:
 
 class Run : public testing::Test {
  protected:
-  void SetUp() override { program_.write("c.yaml", kConfig); }
+  void SetUp() override { program_.write("c.yaml", kRunConfig); }
   std::vector<json> rows(const std::string& out = "o") const {
     std::istringstream in(program_.read(out + "/rows.jsonl"));
     std::vector<json> rows;
@@ -110,7 +110,7 @@ constexpr const char* kClaims = R"(claims:
 )";
 
 TEST_F(Run, ClaimsAreJudgedUnderTheTablesAndFromStoredRows) {
-  program_.write("p.yaml", std::string(kConfig) + kClaims);
+  program_.write("p.yaml", std::string(kRunConfig) + kClaims);
   const Outcome outcome = program_.run("run p.yaml --out o --only stage=encode");
   EXPECT_EQ(outcome.exit_code, 0) << "a claim that does not hold is no failure: " << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("### Claims: T"));
@@ -134,7 +134,7 @@ TEST_F(Run, ClaimsAreJudgedUnderTheTablesAndFromStoredRows) {
   EXPECT_THAT(program_.read("o/claims/p.md"), testing::ContainsRegex("\\| fast +\\| holds "));
   EXPECT_EQ(program_.run("claims c.yaml --results o").exit_code, 2) << "without claims";
   EXPECT_EQ(program_.run("claims p.yaml --results none").exit_code, 2) << "without rows";
-  program_.write("bad.yaml", std::string(kConfig) +
+  program_.write("bad.yaml", std::string(kRunConfig) +
                                  "claims:\n  - {name: a, says: b, source: c, metric: rate, left: "
                                  "{codec: lzma}, at_most: 1}\n");
   const Outcome bad = program_.run("plan bad.yaml");
@@ -166,7 +166,7 @@ TEST_F(Run, CrashHangMemoryAndWrongVoxelsBecomeRows) {
       {"oom", {"out-of-memory", "memory"}},
       {"mismatch", {"failed", "1 of 31680 decoded voxels differ"}}};
   for (const auto& [fault, status] : expected) {
-    program_.write("f.yaml", kConfig);
+    program_.write("f.yaml", kRunConfig);
     const std::string settings = fault == "hang"  ? " --set timeout_s=0.5"
                                  : fault == "oom" ? " --set memory_limit_gib=0.3"
                                                   : "";
@@ -278,7 +278,7 @@ tables:
 }
 
 TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
-  program_.write("f.yaml", kConfig);
+  program_.write("f.yaml", kRunConfig);
   const Outcome outcome =
       program_.run_with_fault("crash zstd", "run f.yaml --out o --only stage=encode");
   EXPECT_EQ(outcome.exit_code, 1);
@@ -290,7 +290,7 @@ TEST_F(Run, OneBrokenCellLeavesTheOthersAlone) {
 
 TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
   // The group of the encoding cells ends; the decoding of zstd then hangs until the kill.
-  program_.write("f.yaml", kConfig);
+  program_.write("f.yaml", kRunConfig);
   const pid_t child = fork();
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);
@@ -326,7 +326,7 @@ TEST_F(Run, AKillInTheMiddleLosesNoFinishedCellAndResumes) {
 }
 
 TEST_F(Run, InterruptedRunsEndTheirWorkersAndCanBeResumed) {
-  program_.write("f.yaml", kConfig);
+  program_.write("f.yaml", kRunConfig);
   const pid_t child = fork();
   if (child == 0) {
     if (chdir((program_ / "").c_str()) != 0) _exit(126);

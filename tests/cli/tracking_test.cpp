@@ -17,7 +17,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr const char* kConfig = R"(title: T
+constexpr const char* kTrackedConfig = R"(title: T
 rounds: 12
 max_rounds: 12
 timeout_s: 30
@@ -29,7 +29,7 @@ matrix:
 
 class Tracking : public testing::Test {
  protected:
-  void SetUp() override { program_.write("configs/c.yaml", kConfig); }
+  void SetUp() override { program_.write("configs/c.yaml", kTrackedConfig); }
   void edit(const std::string& name, const std::string& what, const std::string& with) const {
     std::string text = program_.read(name);
     const std::size_t at = text.find(what);

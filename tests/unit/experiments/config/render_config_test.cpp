@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-constexpr const char* kDatasets =
+constexpr const char* kLabelsAndScalars =
     "blob: {title: B, kind: labels, type: u32, extent: [10, 20, 30], generator: cells, seed: 1}\n"
     "cloud: {title: C, kind: scalars, type: u8, extent: [10, 20, 30], file: cloud.h5}\n";
 constexpr const char* kScene =
@@ -29,7 +29,7 @@ constexpr const char* kScene =
 class RenderConfig : public testing::Test {
  protected:
   RenderConfig() {
-    folder_.write("datasets/a.yaml", kDatasets);
+    folder_.write("datasets/a.yaml", kLabelsAndScalars);
     scene_ = folder_.write("still.yaml", kScene);
   }
   /// A configuration with one block of the render stage; `keys` are lines of it.

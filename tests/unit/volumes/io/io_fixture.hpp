@@ -22,6 +22,9 @@
 
 namespace cvr::volumes {
 
+/// Twelve voxels of one byte: 0 .. 11.
+inline const std::string kTwelve("\0\1\2\3\4\5\6\7\10\11\12\13", 12);
+
 /// Voxels that differ along every axis, with the smallest and the largest value of the type among
 /// them.
 inline Volume patterned(const Extent& extent, VoxelType type, VolumeKind kind) {

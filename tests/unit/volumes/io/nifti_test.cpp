@@ -44,8 +44,6 @@ class HeaderBytes {
   std::string bytes_;
 };
 
-const std::string kTwelve("\0\1\2\3\4\5\6\7\10\11\12\13", 12);
-
 using Nifti = IoTest;
 
 TEST_F(Nifti, TheFirstAxisIsX) {

@@ -13,8 +13,6 @@ namespace {
 using Nrrd = IoTest;
 
 constexpr const char* kSmall = "type: uchar\ndimension: 3\nsizes: 2 3 2\nencoding: raw\n";
-const std::string kTwelve("\0\1\2\3\4\5\6\7\10\11\12\13", 12);
-
 TEST_F(Nrrd, TheFirstAxisIsX) {
   const auto source =
       open_volume(write_bytes("a.nrrd", std::string("NRRD0001\n") + kSmall + "\n" + kTwelve));
