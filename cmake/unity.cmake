@@ -3,7 +3,7 @@
 # nothing. Not for what is timed: what a compiler inlines there must not depend on neighbours.
 #
 # Off (-DCVRBENCH_UNITY=OFF), each source is compiled alone: a change in one is then built faster, and
-# one that leans on its neighbour's includes or names shows: scripts/clang-syntax --alone.
+# one that leans on its neighbour's includes or names shows: scripts/tidy --alone.
 option(CVRBENCH_UNITY "Compile several sources of a folder at a time" ON)
 
 # cvr_unity(TARGET SIZE FOLDER...): groups of at most SIZE sources of one of the folders, all of about

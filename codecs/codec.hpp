@@ -193,7 +193,7 @@ class Decoder {
   /// the codec's own model (its contexts and alphabets, its tables for nothing), in bytes. None
   /// where the codec has no entropy coder of its own. Decodes the volume.
   virtual Expected<std::optional<std::uint64_t>> entropy_bytes(unsigned threads) const;
-  /// What a GPU needs to decode this stream in bricks of `brick` voxels a side; 0: the codec's own
+  /// What a GPU needs to decode this stream in bricks of `brick` voxels per side; 0: the codec's own
   /// edge, or 32 where it has none. Buffers may view the payload or the decoder. Errors:
   /// kUnsupported (no decoder text), kBadArgument (a codec with bricks serves no other edge; the
   /// others serve powers of two, 2..64), kMalformed (bytes that the texts could not be trusted

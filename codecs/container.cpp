@@ -87,7 +87,7 @@ Expected<void> check_encodable(const Codec& codec, const VolumeInfo& info) {
   if (e.x > kMaxAxis || e.y > kMaxAxis || e.z > kMaxAxis || e.x > kMaxVoxels / e.y ||
       e.x * e.y > kMaxVoxels / e.z) {
     return fail(ErrorCode::kTooLarge,
-                "the volume exceeds 2^40 voxels an axis or 2^50 voxels: " + to_string(e));
+                "the volume exceeds 2^40 voxels per axis or 2^50 voxels: " + to_string(e));
   }
   if (info.time_steps == 0 || e.z % info.time_steps != 0) {
     return fail(

@@ -118,7 +118,7 @@ MemoryEstimate csgvr(const Work& w) { return bricks(w, 0.05, 0); }
 MemoryEstimate csgvr_c(const Work& w) { return bricks(w, 0.023, 1); }
 
 /// Vector quantisers hold the blocks of a time step or sub-volume as floats, their residuals and
-/// codes (bytes a voxel), and what they train with (MiB).
+/// codes (bytes per voxel), and what they train with (MiB).
 MemoryEstimate quantiser(const Work& w, double bits, double training, double floats) {
   const double edge = w.integer("edge");
   const double step = static_cast<double>(w.info.step_extent().voxels());

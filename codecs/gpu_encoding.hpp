@@ -32,7 +32,7 @@ struct GpuEncoding {
   std::vector<std::pair<std::string, std::uint32_t>>
       constants;                   ///< become #defines before the source
   std::vector<GpuBuffer> buffers;  ///< at most 6; the source reads the i-th as CVR_BUFFER(i)
-  std::uint32_t brick = 0;         ///< voxels a side
+  std::uint32_t brick = 0;         ///< voxels per side
   unsigned levels = 0;             ///< log2(brick) + 1
   bool voxel_access = false;       ///< the source decodes single cells
   bool serial = false;             ///< the source decodes whole bricks in one sweep

@@ -17,7 +17,7 @@ struct Image {
       complete;  ///< 1 where the pixel's value is final, 0 where a placeholder was met
 
   std::size_t pixels() const { return std::size_t{width} * height; }
-  /// 3 bytes a pixel.
+  /// 3 bytes per pixel.
   std::vector<std::uint8_t> rgb8() const;
 };
 

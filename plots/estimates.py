@@ -89,7 +89,7 @@ def seconds(row: Row) -> Estimate | None:
 
 
 def speed(row: Row) -> Estimate | None:
-    """10^6 voxels a second of an encode or decode row, by wall time."""
+    """10^6 voxels per second of an encode or decode row, by wall time."""
     time, voxels = seconds(row), row.number("dataset/voxels")
     return None if time is None or time.value <= 0 or not voxels else time.inverted(voxels / 1e6)
 

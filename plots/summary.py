@@ -123,7 +123,7 @@ def fastest_access(rows: list[Row], kind: str) -> Finding | None:
     which = "" if kind == "labels" else ", lossy codecs"
     return Finding(
         f"Which codec is fastest for random access{which}?",
-        f"{codec}, {spell(mean)} ns a voxel",
+        f"{codec}, {spell(mean)} ns per voxel",
         [one for one in answer if one],
         f"Stage random-access, uniform points, finest level, {count(len(measured), 'row')} of {kind}; medians, intervals of 95 % from six rounds on."
         + not_ranked(ranking),

@@ -13,7 +13,7 @@
 //     values: the index of (x, y, z) at bit `bits * (x + bx * (y + by * z))`, least significant
 //     first; ceil to words.
 //             Blocks at the border keep their full size; voxels outside the extent have index 0.
-//     table:  the block's labels, ascending; one word a label (u8, u16, u32 volumes) or two, low
+//     table:  the block's labels, ascending; one word per label (u8, u16, u32 volumes) or two, low
 //     first (u64).
 //
 // Extent, block size and label width are not in the stream. The table offset has 24 bits: a stream
@@ -89,7 +89,7 @@ Expected<void> decode_compressed_segmentation(std::span<const std::uint32_t> wor
 class CompressedSegmentation {
  public:
   /// Checks every header and every index that could leave the stream, so that label() never reads
-  /// outside `words`. Time: two words a block, and the values of those few blocks whose table is
+  /// outside `words`. Time: two words per block, and the values of those few blocks whose table is
   /// closer to the end than 2^bits entries.
   static Expected<CompressedSegmentation> open(std::span<const std::uint32_t> words,
                                                const Extent& extent, const BlockSize& block,

@@ -117,7 +117,7 @@ Expected<CompressedSegmentation> CompressedSegmentation::open(std::span<const st
   if (std::max({extent.x, extent.y, extent.z}) > kMaxExtent) {
     return fail(
         ErrorCode::kTooLarge,
-        fmt::format("expected fewer than 2^32 voxels an axis, found {}", to_string(extent)));
+        fmt::format("expected fewer than 2^32 voxels per axis, found {}", to_string(extent)));
   }
   if (words.empty())
     return fail(ErrorCode::kTruncated,

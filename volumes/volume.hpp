@@ -25,7 +25,7 @@ static_assert(std::endian::native == std::endian::little,
 enum class VoxelType : std::uint8_t { kU8, kU16, kU32, kU64, kI16, kF32 };
 enum class VolumeKind : std::uint8_t {
   kLabels,   ///< one integer label a voxel; types u8, u16, u32, u64
-  kScalars,  ///< one measured value a voxel; types u8, u16, i16, f32
+  kScalars,  ///< one measured value per voxel; types u8, u16, i16, f32
 };
 
 inline constexpr std::array kVoxelTypes{VoxelType::kU8,  VoxelType::kU16, VoxelType::kU32,

@@ -175,7 +175,7 @@ class AstcCodec final : public scalar_blocks::ScalarBlocksCodec {
             .type = ParameterType::kInteger,
             .default_value = "6",
             .choices = {6, 5, 4, 3},
-            .description = "edge of a block in voxels: 0.59, 1.02, 2 or 4.74 bits a voxel"},
+            .description = "edge of a block in voxels: 0.59, 1.02, 2 or 4.74 bits per voxel"},
         ParameterSpec{.name = "effort",
                       .type = ParameterType::kText,
                       .default_value = "fast",

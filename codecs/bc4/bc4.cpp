@@ -205,7 +205,7 @@ class Bc4Codec final : public scalar_blocks::ScalarBlocksCodec {
         .id = "bc4",
         .version = 1,
         .family = "bc4",
-        .summary = "BC4, the texture format: slices in blocks of 4x4 at 4 bits a voxel",
+        .summary = "BC4, the texture format: slices in blocks of 4x4 at 4 bits per voxel",
         .lossless = false,
         .types = volumes::kScalarTypes,
         .access = Granularity::kVoxel,

@@ -40,7 +40,7 @@ std::uint64_t differences(const T* a, const T* b) {
     if constexpr (sizeof(T) == 1) {
       bits = static_cast<std::uint32_t>(_mm256_movemask_epi8(equal(a + i, b + i)));
     } else if constexpr (sizeof(T) == 2) {
-      // One byte a label, put back in order after the packing within halves.
+      // One byte per label, put back in order after the packing within halves.
       const __m256i packed = _mm256_packs_epi16(equal(a + i, b + i), _mm256_setzero_si256());
       bits =
           static_cast<std::uint16_t>(_mm256_movemask_epi8(_mm256_permute4x64_epi64(packed, 0xd8)));

@@ -66,7 +66,7 @@ Expected<ChunkedDataset> dataset_of(const VolumeInfo& info, const Parameters& pa
                    std::min<std::uint64_t>(wish[2], e.z)};
   if (dataset.chunk_bytes() > kMaxChunkBytes) {
     return fail(ErrorCode::kTooLarge,
-                fmt::format("parameter 'chunk': expected at most {} bytes a chunk, found {}",
+                fmt::format("parameter 'chunk': expected at most {} bytes per chunk, found {}",
                             kMaxChunkBytes, dataset.chunk_bytes()));
   }
   return dataset;

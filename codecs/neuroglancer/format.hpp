@@ -38,7 +38,7 @@ inline bool chunk_suits_levels(std::uint32_t edge, unsigned levels) {
   return edge % (1u << (levels - 1)) == 0;
 }
 
-/// Appends the streams of a whole level to payload.bytes, in chunks of `edge` voxels a side, and
+/// Appends the streams of a whole level to payload.bytes, in chunks of `edge` voxels per side, and
 /// their ends in words to `ends`, counted from its last entry. kTooLarge: a table offset does not
 /// fit; then some streams have been appended.
 Expected<void> append_level(const VolumeSource& level, std::uint32_t edge,

@@ -14,7 +14,7 @@ struct StoredLevel {
 };
 
 /// See Decoder::gpu_encoding. `decoder` gives the labels of the stored levels, whose chunks have
-/// `edge` voxels a side.
+/// `edge` voxels per side.
 Expected<GpuEncoding> gpu_encoding(const Decoder& decoder, const VolumeInfo& info,
                                    const volumes::BlockSize& block, std::uint32_t edge,
                                    std::span<const StoredLevel> stored, std::uint32_t brick,

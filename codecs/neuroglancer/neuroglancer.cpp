@@ -88,7 +88,7 @@ class LevelEncoder {
   std::uint32_t edge_;
   BlockSize block_;
   unsigned threads_;
-  std::vector<Buffer> boxes_;  ///< one a worker, for sources that are not in memory
+  std::vector<Buffer> boxes_;  ///< one per worker, for sources that are not in memory
   std::mutex reading_;
 };
 
@@ -190,7 +190,7 @@ class NeuroglancerCodec final : public Codec {
           given == 0 && edge > 1 && neuroglancer::chunk_suits_levels(edge / 2, levels);
       if (!can_halve) {
         return fail(ErrorCode::kTooLarge,
-                    fmt::format("parameter 'chunk': chunks of {} voxels an axis do not fit: {}",
+                    fmt::format("parameter 'chunk': chunks of {} voxels per axis do not fit: {}",
                                 edge, payload.error().message));
       }
     }

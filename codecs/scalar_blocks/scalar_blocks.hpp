@@ -4,7 +4,7 @@
 //
 // Blocks are numbered x fastest, then y, then z, within layers of equal z; a run is up to 64
 // consecutive blocks of one layer. Runs start at words of 64 bits, so that threads write and read
-// them apart whatever the number of bits a block. Blocks that stick out of the volume are filled by
+// them apart whatever the number of bits per block. Blocks that stick out of the volume are filled by
 // repeating its last voxels, the rule that adds the least high frequencies; what lies outside is
 // neither stored again nor counted in the error.
 #pragma once

@@ -99,7 +99,7 @@ struct SubVolume {
   unsigned dc_bits = 0;
   std::int32_t dc_base = 0;       ///< units; what every sum starts from, with or without DC codes
   std::uint32_t dc_step = 0;      ///< units a DC code
-  std::vector<std::uint16_t> dc;  ///< one a block, x fastest
+  std::vector<std::uint16_t> dc;  ///< one per block, x fastest
   std::array<std::vector<std::uint16_t>, kMaxBooks>
       codes;  ///< the same; empty where the book has 0 bits
 };
@@ -112,10 +112,10 @@ struct ExceptionRun {
 
 struct Encoding {
   Domain domain;
-  std::uint32_t edge = 0;  ///< voxels a side of a sub-volume, a multiple of 4; 0: one a time step
+  std::uint32_t edge = 0;  ///< voxels per side of a sub-volume, a multiple of 4; 0: one a time step
   RecordedError error{};
   std::vector<ExceptionRun> exceptions;
-  std::vector<std::uint32_t> exception_bits;  ///< one a voxel of the runs
+  std::vector<std::uint32_t> exception_bits;  ///< one per voxel of the runs
   std::vector<SubVolume> parts;               ///< x fastest, then y, z, time
   std::vector<BookSet> books;  ///< one a part, or one a part of the first time step for all steps
 

@@ -13,7 +13,7 @@ struct Options {
   double tau =
       0;  ///< what a class may lose, in root mean squared errors of the target; 0: tried out
   std::array<unsigned, kMaxBooks> bits{8, 8, 8};
-  double rate = 0;            ///< bits a voxel of planes and books; 0: `bits`
+  double rate = 0;            ///< bits per voxel of planes and books; 0: `bits`
   bool count_device = false;  ///< `rate` counts the books of a device instead of those of the file
   bool operational = true;    ///< bits by measured distortion instead of the model
   bool global = true;  ///< codes from the whole book instead of the chapter of the block's class
@@ -55,7 +55,7 @@ struct ClassifiedBooks {
   std::array<CodeVectors, kPartitions> books;
   std::array<std::vector<Chapter>, kPartitions> chapters;
 };
-/// `coefficients`: 64 a block in partition order; `classes`: one a block.
+/// `coefficients`: 64 a block in partition order; `classes`: one per block.
 ClassifiedBooks train_chapters(std::span<const float> coefficients,
                                std::span<const std::uint8_t> classes,
                                const std::array<unsigned, kPartitions>& bits,

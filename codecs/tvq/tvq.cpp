@@ -30,7 +30,7 @@ ParameterSpec text(std::string_view name, std::vector<std::string_view> names,
 ParameterSpec rate_parameter(std::string_view value) {
   return integer(
       "rate", value, 0, 8000,
-      "planes and books, about, in 1/1000 bit a voxel: bits are chosen for it; 0: bits as given");
+      "planes and books, about, in 1/1000 bit per voxel: bits are chosen for it; 0: bits as given");
 }
 
 /// What all three take, after their own.
@@ -50,7 +50,7 @@ std::vector<ParameterSpec> with_common(std::vector<ParameterSpec> own) {
            "trains with a sample of the vectors, or with all of them and more iterations"));
   ParameterSpec edge = integer(
       "edge", "0", 0, 0,
-      "voxels a side of sub-volumes with books of their own; 0: the whole volume, or time step");
+      "voxels per side of sub-volumes with books of their own; 0: the whole volume, or time step");
   edge.choices = {0, 32, 64, 128, 256, 512};
   own.push_back(std::move(edge));
   own.push_back(text("books", {"step", "shared"},
@@ -138,7 +138,7 @@ class BlockCodec : public Codec {
 class VqCodec final : public BlockCodec {
  public:
   VqCodec()
-      : BlockCodec(kVq, "vector quantisation of blocks of 4x4x4 voxels: one read a voxel",
+      : BlockCodec(kVq, "vector quantisation of blocks of 4x4x4 voxels: one read per voxel",
                    {integer("bits", "10", 0, kMaxBookBits, "of a code, where rate=0"),
                     rate_parameter("0")}) {}
 

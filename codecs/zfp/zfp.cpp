@@ -216,7 +216,7 @@ class ZfpCodec final : public scalar_blocks::ScalarBlocksCodec {
                       .minimum = 16,
                       .maximum = 2048,
                       .description =
-                          "with mode=rate: bits of a block of 64 voxels, so 64 is one bit a voxel"},
+                          "with mode=rate: bits of a block of 64 voxels, so 64 is one bit per voxel"},
         ParameterSpec{
             .name = "tolerance_log2",
             .type = ParameterType::kInteger,

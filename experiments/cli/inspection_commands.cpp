@@ -36,6 +36,7 @@ void print_plain(const Row& report, const std::string& indent = "") {
       print_plain(value, indent + "  ");
       continue;
     }
+    if (value == "") continue;
     fmt::print("{}{}: {}\n", indent, key,
                value.is_string() ? volumes::printable(value.get<std::string>()) : value.dump());
   }

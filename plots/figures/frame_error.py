@@ -44,7 +44,7 @@ def panel(where: tuple[str, str, str, str, str], kind: str, found: list[Row], na
     draw_curves(axis, curves, exact_at)
     look.log_axis(axis, "x")
     axis.set_xlabel(
-        f"ms a frame, {'held view, cache filled' if kind == 'held' else 'path from an empty cache'}"
+        f"ms per frame, {'held view, cache filled' if kind == 'held' else 'path from an empty cache'}"
     )
     axis.set_ylabel("PSNR of the picture, dB")
     axis.set_title(short_title(where))

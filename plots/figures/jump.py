@@ -63,7 +63,7 @@ def panel(where: tuple[str, str, str, str, str], found: list[Row]) -> Panel:
     upper.set_ylabel("wrong pixels")
     draw_curves(lower, [c for c in times if c.points])
     look.log_axis(lower, "y")
-    lower.set_ylabel("ms a frame")
+    lower.set_ylabel("ms per frame")
     lower.set_xlabel("frame after the jump")
     lower.xaxis.get_major_locator().set_params(integer=True)
     upper.set_title(short_title(where))

@@ -39,7 +39,7 @@ def draw(rows: list[Row]) -> list[Panel]:
         drawing, (axis,) = look.new_panel()
         draw_points(axis, points)
         axis.set_xlabel("device memory, MiB")
-        axis.set_ylabel(f"ms a frame, {kind}")
+        axis.set_ylabel(f"ms per frame, {kind}")
         axis.set_title(short_title(where))
         name_points(axis, points, MOST_LABELS, keys_of(found))
         told = look.describe_points(

@@ -74,7 +74,7 @@ def draw(rows: list[Row]) -> list[Panel]:
                 file_name(volume),
                 volume,
                 drawing,
-                look.describe_points(points, "bits a voxel", "dB"),
+                look.describe_points(points, "bits per voxel", "dB"),
                 sum(len(c.points) for c in curves),
             )
         )
@@ -109,7 +109,7 @@ FIGURE = Figure(
     "rate-distortion",
     "Error of lossy codecs",
     "Rate against distortion",
-    "Peak signal-to-noise ratio of the decoded volume (peak 255 for u8, else the range of the original) over bits a voxel of the whole file, "
+    "Peak signal-to-noise ratio of the decoded volume (peak 255 for u8, else the range of the original) over bits per voxel of the whole file, "
     "logarithmic. Exact figures: no interval. Upper left is better. A line joins what one codec gives with other numbers as parameters.",
     "No row of a lossy codec on scalars that is ok. configs/quick.yaml has a few, configs/paper/rate_distortion.yaml sweeps them.",
     draw,

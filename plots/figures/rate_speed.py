@@ -35,7 +35,7 @@ def draw(rows: list[Row]) -> list[Panel]:
         told = look.describe_points(
             [(p.label, p.x.value, p.y.value) for p in points if p.y],
             "rate %",
-            "million voxels a second",
+            "million voxels per second",
         )
         title = f"{volume}, {stage}, {threads} thread{'s' * (threads != 1)}"
         panels.append(

@@ -23,7 +23,7 @@ RATE: Quantity = (
 ENCODE: Quantity = ("encode", "encode, Mvoxel/s", ("encode",), speed)
 DECODE: Quantity = ("decode", "decode, Mvoxel/s", ("decode",), speed)
 ACCESS: Quantity = ("access", "one voxel at random, ns", ("random-access",), access_ns)
-FRAME: Quantity = ("frame", "ms a frame", ("render",), lambda row: frame_ms(row)[0])
+FRAME: Quantity = ("frame", "ms per frame", ("render",), lambda row: frame_ms(row)[0])
 
 
 def scaling_panels(

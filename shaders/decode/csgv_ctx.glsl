@@ -2,7 +2,7 @@
 //
 // Buffers: see groups.glsl; 2 labels   of the volume, ascending
 //                           3 tables   see CtxTables
-// Constants: CVR_CTX_GROUP_SHIFT log2 of the bricks a side of a group; CVR_CTX_LABEL_BITS;
+// Constants: CVR_CTX_GROUP_SHIFT log2 of the bricks per side of a group; CVR_CTX_LABEL_BITS;
 // CVR_CTX_ROWS_AT, CVR_CTX_SLOTS_AT, CVR_CTX_SYMBOLS_AT, CVR_CTX_NUMBERS: see CtxTables.
 #include "shaders/decode/groups.glsl"
 #include "shaders/shared/brick_limits.glsl"

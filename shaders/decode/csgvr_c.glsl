@@ -1,6 +1,6 @@
 // `csgvr-c`: single nodes through sampled codes of blocks, whole bricks in one sweep.
 //
-// Buffers: see groups.glsl (64 voxels a side: shaders/shared/csgvr_c.glsl); 2 tables   of the block codes
+// Buffers: see groups.glsl (64 voxels per side: shaders/shared/csgvr_c.glsl); 2 tables   of the block codes
 #include "shaders/decode/groups.glsl"
 #include "shaders/shared/csgvr_c.glsl"
 #include "shaders/shared/morton.glsl"

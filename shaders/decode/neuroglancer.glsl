@@ -1,6 +1,6 @@
 // `neuroglancer`: single voxels of compressed_segmentation streams, level by level.
 //
-// Buffers: 0 levels    7 words a level: chunk edge, extent along x and y, chunks along x and y, first chunk, 1 if stored
+// Buffers: 0 levels    7 words per level: chunk edge, extent along x and y, chunks along x and y, first chunk, 1 if stored
 //          1 starts    first word of each chunk's stream in the buffer of its level, two words, low first
 //          2 streams   of the stored levels
 //          3 coarser   streams of the other levels

@@ -1,9 +1,9 @@
 // `raw`: voxels as they are, with the levels of the label pyramid beside them.
 //
 // Buffers: 0 voxels   all levels, each from a whole word on
-//          1 levels   5 words a level: first word (low, high), extent along x, y, z
+//          1 levels   5 words per level: first word (low, high), extent along x, y, z
 //          2 remap    only where CVR_REMAP_SIZE > 0: all labels, ascending, two words each
-// Constants: CVR_RAW_BITS 8, 16, 32 or 64 bits a voxel; CVR_REMAP_SIZE labels that do not fit in 32
+// Constants: CVR_RAW_BITS 8, 16, 32 or 64 bits per voxel; CVR_REMAP_SIZE labels that do not fit in 32
 // bits (with 64 bits alone)
 #include "shaders/shared/label_codes.glsl"
 #include "shaders/shared/portable.glsl"

@@ -1,7 +1,7 @@
 // `vq`, `hvq`, `tvq`: one record of codes a block, one entry of each book a voxel. Buffer 0: rows,
 // books and records (shaders/shared/tvq.glsl).
 //
-// Constants: CVR_TVQ_READ books that are read; CVR_TVQ_EDGE voxels a side of a sub-volume, 0: one
+// Constants: CVR_TVQ_READ books that are read; CVR_TVQ_EDGE voxels per side of a sub-volume, 0: one
 // for the whole; CVR_TVQ_FLOAT 1: f32;
 //            CVR_TVQ_FRACTION, _ZERO, _LOW, _HIGH, _OFFSET, _STEP_A, _STEP_B the domain, floats as
 //            their bits;

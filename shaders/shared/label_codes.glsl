@@ -1,5 +1,5 @@
 // From labels of 64 bits to codes of 32: where the labels of a volume do not fit in 32 bits, a code
-// is the label's place in the ascending list of all labels. The list has two words a label, low
+// is the label's place in the ascending list of all labels. The list has two words per label, low
 // first, and at most 2^31 labels.
 #ifndef CVR_LABEL_CODES_GLSL
 #define CVR_LABEL_CODES_GLSL

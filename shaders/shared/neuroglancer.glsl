@@ -1,8 +1,8 @@
 // Random access into one compressed_segmentation stream of Neuroglancer with one channel: four
-// reads a label.
+// reads per label.
 //
 // The words begin with the channel offset 1, to which all other offsets are relative. Two header
-// words a block (x fastest): bits 0..23 table offset, bits 24..31 bits per value; value offset.
+// words per block (x fastest): bits 0..23 table offset, bits 24..31 bits per value; value offset.
 // Values least significant first, never across a word; table entries of one word, or two (low
 // first) for 64-bit labels. The encoder's checks (24-bit table offsets) and the decoder's
 // (CompressedSegmentation::open) make every address below legal for voxels inside the extent.

@@ -3,7 +3,7 @@
 //
 // The words hold a row of CVR_TVQ_ROW words for each sub-volume, then books and records wherever
 // the rows say:
-//   0     first word of the records, one a block, x fastest, packed bit by bit: DC code, then the code of each book, low bits first
+//   0     first word of the records, one per block, x fastest, packed bit by bit: DC code, then the code of each book, low bits first
 //   1     bits of a record
 //   2     bits of the DC code
 //   3     units of DC code 0 (as int)

@@ -107,7 +107,7 @@ def label_rows(
 
 
 def drawn(dataset: str, codec: str, cache: str, ms: float, **more: Any) -> dict[str, Any]:
-    """A row of the stage render: path of 2 rounds, 4 held frames a round."""
+    """A row of the stage render: path of 2 rounds, 4 held frames per round."""
     render = {
         "scene": "s",
         "cache": cache,

@@ -34,7 +34,7 @@ void check_extent(std::string_view kind, const Extent& extent) {
   for (const std::uint64_t axis : {extent.x, extent.y, extent.z}) {
     if (axis < 1 || axis > kLargestAxis) {
       throw InputError(
-          fmt::format("generator {}: extent: expected 1 to {} voxels an axis, found {}", kind,
+          fmt::format("generator {}: extent: expected 1 to {} voxels per axis, found {}", kind,
                       kLargestAxis, to_string(extent)));
     }
   }

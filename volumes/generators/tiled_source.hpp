@@ -58,7 +58,7 @@ class TiledSource : public TiledVolume {
 
  private:
   void fill_part(const Box& part, const Box& box, std::byte* out,
-                 std::vector<std::uint32_t>& scratch) const final;
+                 std::vector<std::uint32_t>& labels) const final;
 };
 
 /// Scalars: u8 and u16 take 0..1 to their range, f32 holds the value.
@@ -74,7 +74,7 @@ class TiledScalars : public TiledVolume {
 
  private:
   void fill_part(const Box& part, const Box& box, std::byte* out,
-                 std::vector<std::uint32_t>& scratch) const final;
+                 std::vector<std::uint32_t>& labels) const final;
 };
 
 /// Of every generator of scalars.

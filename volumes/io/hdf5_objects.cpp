@@ -104,7 +104,7 @@ class Walk {
   void follow(const std::string& path, const H5L_info_t& info) {
     const std::string value = link_value(at_.file_id.get(), path, info.u.val_size);
     if (info.type == H5L_TYPE_SOFT) {
-      const std::string target(value.c_str());
+      const std::string target = value.substr(0, value.find('\0'));
       if (target.starts_with('/')) at_.name.clear();
       put_before(rest_, target);
       return;

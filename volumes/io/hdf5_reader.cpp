@@ -251,7 +251,7 @@ class Hdf5Source final : public VolumeSource {
     call({{"start", start}, {"count", count}}, kReadSeconds);
     Hdf5Part part{process_->shared().data(), {1, 1, 1}, box};
     for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t after = static_cast<std::size_t>(order_.axis[i] + 1);
+      for (std::size_t after = static_cast<std::size_t>(order_.axis[i]) + 1;
            order_.axis[i] >= 0 && after < count.size(); ++after) {
         part.strides[i] *= count[after];
       }

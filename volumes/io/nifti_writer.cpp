@@ -74,7 +74,7 @@ nifti_1_header make_header(const std::string& file, const VolumeInfo& info) {
   std::fill(header.dim + 4, header.dim + 8, short{1});
   for (std::size_t axis = 0; axis < size.size(); ++axis) {
     if (size[axis] > static_cast<std::uint64_t>(std::numeric_limits<short>::max())) {
-      throw_input_error(file, "", "at most 32767 voxels an axis and steps, the limits of NIfTI-1",
+      throw_input_error(file, "", "at most 32767 voxels per axis and steps, the limits of NIfTI-1",
                         fmt::format("{} x {} steps", to_string(step), info.time_steps));
     }
     header.dim[axis + 1] = static_cast<short>(size[axis]);

@@ -85,6 +85,6 @@ std::string nrrd_header_text(const VolumeInfo& info, const Provenance& provenanc
 
 /// A name ending in .nhdr gets a detached header beside its data in NAME.nhdr.bin (raw) or
 /// NAME.nhdr.bin.gz (gzip).
-void write_nrrd(const std::string& file, const VolumeSource& source, NrrdEncoding encoding);
+void write_nrrd(const std::string& path, const VolumeSource& source, NrrdEncoding encoding);
 
 }  // namespace cvr::volumes

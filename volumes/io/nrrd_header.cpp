@@ -246,7 +246,7 @@ class HeaderParser {
   std::vector<std::string_view> words_of_axes(std::string_view value) const {
     auto words = words_of(value);
     if (words.size() != axes_)
-      fail(fmt::format("{} values, one an axis, after the field 'dimension'", axes_), value);
+      fail(fmt::format("{} values, one per axis, after the field 'dimension'", axes_), value);
     return words;
   }
 
@@ -325,7 +325,7 @@ class HeaderParser {
   }
 
   void space_directions(std::string_view value) {
-    const std::string expected = fmt::format("{} vectors (a,b,c) or none, one an axis", axes_);
+    const std::string expected = fmt::format("{} vectors (a,b,c) or none, one per axis", axes_);
     for (std::size_t at = value.find_first_not_of(" \t"); at != std::string_view::npos;) {
       const bool vector = value[at] == '(';
       const std::size_t end =
@@ -348,12 +348,12 @@ class HeaderParser {
   void units(std::string_view value) {
     header_.units = quoted_of(value);
     if (header_.units.size() != axes_)
-      fail(fmt::format("{} units in quotation marks, one an axis", axes_), value);
+      fail(fmt::format("{} units in quotation marks, one per axis", axes_), value);
   }
   void space_units(std::string_view value) {
     header_.space_units = quoted_of(value);
     if (header_.space_units.size() != header_.space_dimension.value_or(header_.space_units.size()))
-      fail(fmt::format("{} units in quotation marks, one an axis of the space",
+      fail(fmt::format("{} units in quotation marks, one per axis of the space",
                        *header_.space_dimension),
            value);
   }

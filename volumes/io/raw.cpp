@@ -1,6 +1,6 @@
 // Raw voxels, x fastest, beside a sidecar in YAML: FILE.raw and FILE.raw.yaml.
 //
-//   extent: [512, 256, 128]      x, y, z of a step; FILE.raw must have offset_bytes + steps * X * Y * Z * bytes a voxel, exactly
+//   extent: [512, 256, 128]      x, y, z of a step; FILE.raw must have offset_bytes + steps * X * Y * Z * bytes per voxel, exactly
 //   steps: 1                     optional: time steps of a series, one behind the other
 //   type: u32                    u8, u16, u32, u64, i16, f32
 //   kind: labels                 optional: labels or scalars; f32 labels must be whole numbers and are read as u32

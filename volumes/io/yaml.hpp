@@ -56,8 +56,8 @@ class YamlValue {
   void fields(const std::vector<Field>& known) const;
 
  private:
-  YamlValue(YAML::Node node, std::string document)
-      : node_(std::move(node)), document_(std::move(document)) {}
+  YamlValue(const YAML::Node& node, std::string document)
+      : node_(node), document_(std::move(document)) {}
   [[noreturn]] void expected_number(const std::string& what) const;
   std::string describe() const;
 

@@ -67,7 +67,7 @@ class ErrorSink final : public SlabSink {
   unsigned threads_;
   SlabReader reader_;
   std::optional<EdgeVoxels> edges_;
-  std::vector<Magnitudes> relative_;  ///< one a thread
+  std::vector<Magnitudes> relative_;  ///< one per thread
   Buffer slab_;
   std::uint64_t compared_ = 0, mismatches_ = 0;
   Sums sums_;

@@ -1,6 +1,6 @@
 // Where the edges of a scalar volume are: its voxels of steepest gradient.
 //
-// The gradient is that of central differences, in voxel values a voxel: the difference of the two
+// The gradient is that of central differences, in voxel values per voxel: the difference of the two
 // neighbours on an axis over their distance, at a side of the volume (of a time step) of the voxel
 // itself and its only neighbour, on an axis of one voxel 0. The edges are the 5 % of the voxels of
 // largest gradient magnitude; voxels that equal the least of them (to 2^-10 of the squared

@@ -268,7 +268,7 @@ TEST(LabelLists, ReadAsWritten) {
   std::vector<std::uint32_t> words;
   BitWriter out(words);
   write_labels(dense, out);
-  EXPECT_LE(words.size(), dense.size() / 32 + 3) << "a bit a label";
+  EXPECT_LE(words.size(), dense.size() / 32 + 3) << "a bit per label";
 }
 
 Payload encoded(const volumes::Volume& volume, std::vector<std::string> assignments) {

@@ -127,7 +127,7 @@ TEST(WaveletAccess, ABrickOf64WithAllLabelsDistinctHas299593Nodes) {
       words[brick.z_at + 5];  // W_1: the first wavelet level has one bit a node
   EXPECT_EQ(first_level, 299593u);
   // Longer than the 2^20 that a 20-bit rank could count, were every bit set; there is at most one
-  // 1-bit a symbol.
+  // 1-bit per symbol.
   EXPECT_GT(words[8], 1u << 20);
   EXPECT_EQ(cvr_rank1({words.data()}, brick.w, words[8]), 299593u);
   EXPECT_EQ(brick.palette_size, 262144u);

@@ -163,7 +163,7 @@ TEST(Neuroglancer, LevelsVoxelsAndBricksAgreeWithThePyramid) {
 }
 
 TEST(Neuroglancer, HalvesChunksThatDoNotFitAndRefusesGivenOnes) {
-  // Every voxel its own label: 2 header, 256 value and 512 table words a block of 512 voxels; 2^24
+  // Every voxel its own label: 2 header, 256 value and 512 table words per block of 512 voxels; 2^24
   // words are 21 787 blocks.
   const Extent extent{256, 256, 200};
   Volume volume({.extent = extent, .type = VoxelType::kU32, .voxel_unit = {}});

@@ -468,7 +468,7 @@ TEST(Tvq, RefusesAShortPayload) {
 }
 
 TEST(Tvq, CodesWhiteNoiseAsWellAsTheTheoryAllows) {
-  // Uniform noise is Gaussian-like after the transform: with R bits a voxel no code does better
+  // Uniform noise is Gaussian-like after the transform: with R bits per voxel no code does better
   // than variance * 2^-2R.
   const Volume volume =
       make_scalars<std::uint8_t>({96, 96, 96}, VoxelType::kU8, [](const Coordinate& c) {

@@ -181,7 +181,7 @@ TEST(Reference, CountsTheWorkOfAPicture) {
 
   scene.width = scene.height = 1;
   scene.lod_bias =
-      40;  // at the coarsest level a brick is one cell, and its label that of its majority: nothing
+      40;  // at the coarsest level per brick is one cell, and its label that of its majority: nothing
   renderer.render(scene, camera, needed);
   EXPECT_EQ(needed.visits, 2u);
   EXPECT_EQ(needed.distinct_cells, 2u);

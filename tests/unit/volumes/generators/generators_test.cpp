@@ -205,7 +205,7 @@ TEST(GeneratorTable, RefusalsNameWhatIsAllowed) {
   EXPECT_THAT(refusal("shells", kSmall, {{"bits", 12}}),
               testing::HasSubstr("generator shells: bits: expected 8, 16 or 32, found 12"));
   EXPECT_THAT(refusal("atlas", {4, 0, 6}, {}),
-              testing::HasSubstr("expected 1 to 16777216 voxels an axis, found 4x0x6"));
+              testing::HasSubstr("expected 1 to 16777216 voxels per axis, found 4x0x6"));
   EXPECT_THAT(refusal("cells", {1u << 24, 1u << 24, 1u << 24}, {}),
               testing::HasSubstr("fewer than 2^32 cells"));
   EXPECT_THAT(refusal("fibers", {1u << 24, 1u << 24, 1u << 24}, {}), testing::HasSubstr("at most"));

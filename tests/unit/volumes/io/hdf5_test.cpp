@@ -161,7 +161,7 @@ TEST_F(Hdf5, ChunksLargerThanTheDatasetAreRefused) {
   write_volume(path("a.h5"), MemorySource(volume));
   std::string bytes = read_bytes(path("a.h5"));
   const std::size_t chunk =
-      bytes.find(std::string("\3\0\0\0\4\0\0\0\5\0\0\0\4\0\0\0", 16));  // z, y, x, bytes a voxel
+      bytes.find(std::string("\3\0\0\0\4\0\0\0\5\0\0\0\4\0\0\0", 16));  // z, y, x, bytes per voxel
   ASSERT_NE(chunk, std::string::npos);
   bytes[chunk + 6] = '\x80';
   expect_error(write_bytes("b.h5", bytes),
