@@ -52,20 +52,10 @@ class SlabGroup final : public SourceGroup {
     const std::uint64_t b = layout_.brick;
     const std::uint64_t voxel = at.x * b + e.x * (at.y * b + e.y * (at.z - slab_.layer) * b);
     validity_.emplace(layout_.brick, layout_.brick_extent(at));
-    const auto build = [&]<class T>(const T* voxels) {
-      grid_.build(voxels + voxel, e.x, e.x * e.y, *validity_);
-    };
-    switch (slab_.type) {
-      case VoxelType::kU8:
-        build(reinterpret_cast<const std::uint8_t*>(slab_.voxels));
-        break;
-      case VoxelType::kU16:
-        build(reinterpret_cast<const std::uint16_t*>(slab_.voxels));
-        break;
-      default:
-        build(reinterpret_cast<const std::uint32_t*>(slab_.voxels));
-        break;
-    }
+    volumes::with_label_type(slab_.type, [&]<class T>() {
+      if constexpr (sizeof(T) <= 4)
+        grid_.build(reinterpret_cast<const T*>(slab_.voxels) + voxel, e.x, e.x * e.y, *validity_);
+    });
     if (options_.keep_outside) grid_.fill_outside(*validity_);
     return SourceBrick{grid_, *validity_};
   }
@@ -228,7 +218,7 @@ void BrickEncoder::encode(std::unique_ptr<SampledEncoder> encoder) {
   const Fitted<StreamingEncoder> fitted = std::move(*encoder).fit();
   encoder.reset();
   begin(fitted.tables.bytes());
-  stream(*fitted.encoder);
+  stream(*fitted.result);
 }
 
 void BrickEncoder::encode(std::unique_ptr<TwoPassEncoder> encoder) {
@@ -245,7 +235,7 @@ void BrickEncoder::encode(std::unique_ptr<TwoPassEncoder> encoder) {
   encoder.reset();
   begin(fitted.tables.bytes());
   std::vector<std::unique_ptr<GroupWriter>> writers;
-  for (unsigned w = 0; w < threads_; ++w) writers.push_back(fitted.encoder->writer());
+  for (unsigned w = 0; w < threads_; ++w) writers.push_back(fitted.result->writer());
   for (std::size_t first = 0; first < kept.size(); first += kGroupsAtOnce) {
     append_groups(std::min(kGroupsAtOnce, kept.size() - first), [&](unsigned w, std::uint64_t i) {
       writers[w]->write(kept[first + i], workers_[w]->words, workers_[w]->bytes);

@@ -14,9 +14,13 @@ namespace {
 
 using namespace csgv;
 
+constexpr OperationOptions options_with(bool delta) {
+  return {.stop_bits = true, .keep_outside = false, .delta = delta};
+}
+
 class NibbleBrickReader final : public BrickReader {
  public:
-  explicit NibbleBrickReader(const OperationOptions& options) : options_(options) {}
+  explicit NibbleBrickReader(bool delta) : delta_(delta) {}
 
   /// unpack() checks all that it reads.
   BrickError check(std::span<const std::uint32_t>, std::uint32_t, unsigned) const override {
@@ -32,34 +36,31 @@ class NibbleBrickReader final : public BrickReader {
     if (palette_size > words.size() - header) return "the palette is longer than the brick";
     NibbleReader reader(words.data() + header, words.size() - header - palette_size);
     const ReversedPalette palette{words.data() + words.size() - 1, palette_size};
-    return rebuild(reader, palette, validity, options_, target, workspace);
+    return rebuild(reader, palette, validity, options_with(delta_), target, workspace);
   }
 
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
                                  GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
-    if (options_.delta) encoding.brick_loops *= 17;  // a loop over digits for each node
-    encoding.constants = {{"CVR_CSGV_RANS", 0u}, {"CVR_CSGV_DELTA", options_.delta ? 1u : 0u}};
+    if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
+    encoding.constants = {{"CVR_CSGV_RANS", 0u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
     return add_palettes(layout, threads, encoding);
   }
 
  private:
-  OperationOptions options_;
+  bool delta_;
 };
 
 class NibbleFormat final : public BrickFormat {
  public:
   explicit NibbleFormat(const Parameters& parameters)
-      : BrickFormat(
-            brick_edge(parameters),
-            {.stop_bits = true, .keep_outside = false, .delta = parameters.integer("delta") != 0}) {
-  }
+      : BrickFormat(brick_edge(parameters), options_with(parameters.integer("delta") != 0)) {}
 
   EncoderStrategy encoder(unsigned, const StoredLabels&) const override {
     return std::make_unique<const OperationEncoder<NibbleAppender>>(brick, options);
   }
   Expected<std::unique_ptr<const BrickReader>> reader(ByteReader&) const override {
-    return std::make_unique<const NibbleBrickReader>(options);
+    return std::make_unique<const NibbleBrickReader>(options.delta);
   }
 };
 

@@ -22,6 +22,10 @@ using namespace csgv;
 using entropy::RansDecoder;
 using entropy::RansTable;
 
+constexpr OperationOptions options_with(bool delta) {
+  return {.stop_bits = true, .keep_outside = false, .delta = delta};
+}
+
 /// [0] of all coarse levels, [1] of the finest.
 using RansTables = std::array<RansTable, 2>;
 
@@ -135,8 +139,7 @@ class RansEncoder final : public SampledEncoder {
 
 class RansBrickReader final : public BrickReader, public EntropyTally {
  public:
-  RansBrickReader(const OperationOptions& options, const RansTables& tables)
-      : options_(options), tables_(tables) {}
+  RansBrickReader(bool delta, const RansTables& tables) : delta_(delta), tables_(tables) {}
 
   /// unpack() checks all that it reads.
   BrickError check(std::span<const std::uint32_t>, std::uint32_t, unsigned) const override {
@@ -154,8 +157,8 @@ class RansBrickReader final : public BrickReader, public EntropyTally {
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
                                  GpuEncoding& encoding) const override {
     encoding.decoder = "csgv";
-    if (options_.delta) encoding.brick_loops *= 17;  // a loop over digits for each node
-    encoding.constants = {{"CVR_CSGV_RANS", 1u}, {"CVR_CSGV_DELTA", options_.delta ? 1u : 0u}};
+    if (delta_) encoding.brick_loops *= 17;  // a loop over digits for each node
+    encoding.constants = {{"CVR_CSGV_RANS", 1u}, {"CVR_CSGV_DELTA", delta_ ? 1u : 0u}};
     auto slots = std::make_shared<Buffer>();
     for (const RansTable& table : tables_) {
       const std::vector<std::uint32_t> words = table.packed_slots();
@@ -179,19 +182,17 @@ class RansBrickReader final : public BrickReader, public EntropyTally {
     if (fine_at > streams.size()) return "the fine stream begins beyond the brick";
     RansReader reader(tables_, streams.first(fine_at), streams.subspan(fine_at), tally);
     const ReversedPalette palette{words.data() + words.size() - 1, palette_size};
-    return rebuild(reader, palette, validity, options_, target, workspace);
+    return rebuild(reader, palette, validity, options_with(delta_), target, workspace);
   }
 
-  OperationOptions options_;
+  bool delta_;
   RansTables tables_;
 };
 
 class RansFormat final : public BrickFormat {
  public:
   explicit RansFormat(const Parameters& parameters)
-      : BrickFormat(
-            brick_edge(parameters),
-            {.stop_bits = true, .keep_outside = false, .delta = parameters.integer("delta") != 0}),
+      : BrickFormat(brick_edge(parameters), options_with(parameters.integer("delta") != 0)),
         stride_(static_cast<unsigned>(parameters.integer("sampling"))) {}
 
   EncoderStrategy encoder(unsigned threads, const StoredLabels&) const override {
@@ -207,7 +208,7 @@ class RansFormat final : public BrickFormat {
                     "frequency tables: expected 2 x 16 frequencies that sum to 16384 each");
       }
     }
-    return std::make_unique<const RansBrickReader>(options, tables);
+    return std::make_unique<const RansBrickReader>(options.delta, tables);
   }
 
  private:

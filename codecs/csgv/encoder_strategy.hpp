@@ -50,11 +50,11 @@ class StreamingEncoder {
   virtual std::unique_ptr<GroupPacker> packer() const = 0;
 };
 
-/// What encodes the groups, and the bytes of the tables that its reader is made from.
-template <class Encoder>
+/// What makes the groups' words, and the bytes of the tables that their reader is made from.
+template <class Result>
 struct Fitted {
   Buffer tables;
-  std::unique_ptr<const Encoder> encoder;
+  std::unique_ptr<const Result> result;
 };
 
 /// Which bricks are counted: every `stride`-th an axis, halved while fewer than `few` are seen,

@@ -157,18 +157,19 @@ void CtxPacker::put_reference(const CodedReference& reference, StreamEncoder& en
   encoder.put(tables_.model.number(reference.kind()), width);
 }
 
-/// Codes a brick's stream at once; what needs the whole group waits for append().
-void CtxPacker::add(const SourceBrick& brick) {
+/// Codes a brick's stream at once; what needs the whole group waits for append(). Not
+/// inlined: the loop needs all registers.
+[[gnu::noinline]] void CtxPacker::add(const SourceBrick& brick) {
   walk_.run(brick.grid, brick.validity);
-  StreamEncoder encoder(stream_words_,
-                        walk_.events().size() + kMostPieces * walk_.references().size());
+  const ContextModel& model = tables_.model;
+  const std::span<const Event> events = walk_.events();
+  StreamEncoder encoder(stream_words_, events.size() + kMostPieces * walk_.references().size());
   auto reference = walk_.references().end();
-  for (std::size_t i = walk_.events().size(); i-- > 0;) {
-    const Event event = walk_.events()[i];
+  for (std::size_t i = events.size(); i-- > 0;) {
+    const Event event = events[i];
     const std::uint32_t symbol = symbol_of(event);
     if ((symbol & 7) == kDelta) put_reference(CodedReference(*--reference), encoder);
-    encoder.put(tables_.model.distribution(tables_.model.row(static_of(event), dynamic_of(event))),
-                symbol);
+    encoder.put(model.distribution(model.row(static_of(event), dynamic_of(event))), symbol);
   }
   const std::size_t first = streams_.size();
   encoder.finish(streams_);

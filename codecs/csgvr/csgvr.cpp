@@ -28,6 +28,10 @@ using succinct::extract_bits;
 
 constexpr unsigned kWaveletLevels = CVR_WAVELET_LEVELS;
 
+constexpr OperationOptions options_with(bool stop_bits) {
+  return {.stop_bits = stop_bits, .keep_outside = true, .delta = false};
+}
+
 /// Bit k of 64 symbols, one plane for each k < 4.
 std::array<std::uint64_t, 4> bit_planes(const std::uint8_t* symbols) {
   std::array<std::uint64_t, 4> planes{};
@@ -170,7 +174,7 @@ void MatrixAppender::operator()(const OperationStream& operations,
 
 class CsgvrReader final : public BrickReader, public VoxelReader {
  public:
-  explicit CsgvrReader(const OperationOptions& options) : options_(options) {}
+  explicit CsgvrReader(bool stop_bits) : stop_bits_(stop_bits) {}
 
   BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks,
                    unsigned levels) const override;
@@ -182,20 +186,20 @@ class CsgvrReader final : public BrickReader, public VoxelReader {
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
                                  GpuEncoding& encoding) const override {
     encoding.decoder = "csgvr";
-    encoding.constants = {{"CVR_CSGVR_STOP_BITS", options_.stop_bits ? 1u : 0u}};
+    encoding.constants = {{"CVR_CSGVR_STOP_BITS", stop_bits_ ? 1u : 0u}};
     return add_palettes(layout, threads, encoding);
   }
 
  private:
   CsgvrBrick open(std::span<const std::uint32_t> words, unsigned levels) const {
     return shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), levels,
-                                   options_.stop_bits);
+                                   stop_bits_);
   }
   BrickError check_wavelet_matrix(Words words, const CsgvrBrick& brick, std::uint32_t symbols,
                                   std::uint32_t w_bits) const;
   BrickError check_levels(Words words, const CsgvrBrick& brick, std::uint32_t& symbols) const;
 
-  OperationOptions options_;
+  bool stop_bits_;
 };
 
 /// Level starts: each level has eight nodes for each node of the level before that carries no stop
@@ -207,7 +211,7 @@ BrickError CsgvrReader::check_levels(Words words, const CsgvrBrick& brick,
   for (unsigned l = 0; l < brick.levels; ++l) {
     if (words.w[l] != start) return "a level does not begin where the coarser ones end";
     std::uint32_t open = nodes;
-    if (options_.stop_bits) {
+    if (stop_bits_) {
       if (start + nodes > symbols) return "the stop bits are fewer than the nodes";
       open -= cvr_rank1(words, brick.s, start + nodes) - cvr_rank1(words, brick.s, start);
     }
@@ -252,11 +256,11 @@ BrickError CsgvrReader::check(std::span<const std::uint32_t> brick_words, std::u
   const std::uint64_t w_words =
       2 * (std::uint64_t{succinct::flat_rank_entries(w_bits)} + succinct::words64(w_bits));
   if (palette_size == 0) return "the palette is empty";
-  if (header + w_words + palette_size + (options_.stop_bits ? 1 : 0) > size)
+  if (header + w_words + palette_size + (stop_bits_ ? 1 : 0) > size)
     return "the brick is shorter than its parts";
   std::uint32_t symbols = nodes_before_level(levels);
   const std::uint64_t s_at = header + w_words;
-  if (options_.stop_bits) {
+  if (stop_bits_) {
     const std::uint64_t s_words = words.w[size - palette_size - 1];
     if (s_words > succinct::words64(symbols)) return "the stop bits are more than the nodes";
     symbols = std::min(symbols, static_cast<std::uint32_t>(64 * s_words));
@@ -266,11 +270,11 @@ BrickError CsgvrReader::check(std::span<const std::uint32_t> brick_words, std::u
   const std::uint32_t first_level = words.w[header - kWaveletLevels + 1];
   if (first_level > symbols) return "the first wavelet level has more symbols than the brick";
   symbols = first_level;
-  if (options_.stop_bits && words.w[size - palette_size - 1] != succinct::words64(symbols)) {
+  if (stop_bits_ && words.w[size - palette_size - 1] != succinct::words64(symbols)) {
     return "the stop bits are not as many as the nodes";
   }
   const std::uint64_t s_parts =
-      options_.stop_bits
+      stop_bits_
           ? 2 * (std::uint64_t{succinct::flat_rank_entries(symbols)} + succinct::words64(symbols)) +
                 1
           : 0;
@@ -279,7 +283,7 @@ BrickError CsgvrReader::check(std::span<const std::uint32_t> brick_words, std::u
   if (!succinct::check_flat_rank(words.w + brick.w.bits_at, w_bits, words.w + brick.w.rank_at)) {
     return "the rank of the wavelet matrix is wrong";
   }
-  if (options_.stop_bits &&
+  if (stop_bits_ &&
       !succinct::check_flat_rank(words.w + brick.s.bits_at, symbols, words.w + brick.s.rank_at)) {
     return "the rank of the stop bits is wrong";
   }
@@ -295,7 +299,7 @@ BrickError CsgvrReader::unpack(const StoredBrick& stored, const Validity& validi
   const CsgvrBrick brick = open(words, workspace.grid.levels());
   WaveletReader reader({words.data()}, brick);
   const ReversedPalette palette{words.data() + words.size() - 1, brick.palette_size};
-  return rebuild(reader, palette, validity, options_, target, workspace);
+  return rebuild(reader, palette, validity, options_with(stop_bits_), target, workspace);
 }
 
 BrickError CsgvrReader::at(const BrickLayout& layout, std::span<const Coordinate> points,
@@ -317,14 +321,13 @@ BrickError CsgvrReader::at(const BrickLayout& layout, std::span<const Coordinate
 class CsgvrFormat final : public BrickFormat {
  public:
   CsgvrFormat(const Parameters& parameters, bool stop_bits)
-      : BrickFormat(brick_edge(parameters),
-                    {.stop_bits = stop_bits, .keep_outside = true, .delta = false}) {}
+      : BrickFormat(brick_edge(parameters), options_with(stop_bits)) {}
   EncoderStrategy encoder(unsigned, const StoredLabels&) const override {
     return std::make_unique<const OperationEncoder<MatrixAppender>>(
         brick, options, MatrixAppender(options.stop_bits));
   }
   Expected<std::unique_ptr<const BrickReader>> reader(ByteReader&) const override {
-    return std::make_unique<const CsgvrReader>(options);
+    return std::make_unique<const CsgvrReader>(options.stop_bits);
   }
 };
 
