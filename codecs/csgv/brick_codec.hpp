@@ -15,13 +15,40 @@
 #include <functional>
 #include <memory>
 
+#include "codecs/bytes.hpp"
 #include "codecs/codec.hpp"
-#include "codecs/csgv/brick_format.hpp"
+#include "codecs/csgv/brick_reader.hpp"
+#include "codecs/csgv/encoder_strategy.hpp"
+#include "codecs/csgv/operations.hpp"
 
 namespace cvr::codecs::csgv {
 
+/// Reads all labels that the bricks of a volume will store, ascending. Takes a pass over the
+/// volume.
+using StoredLabels = std::function<std::vector<std::uint32_t>()>;
+
+/// What distinguishes the codecs of the CSGV kind: how one group of bricks becomes words, and back.
+/// An immutable description for one set of parameters; what it makes does not refer to it.
+class BrickFormat {
+ public:
+  BrickFormat(std::uint32_t brick_edge, const OperationOptions& operation_options,
+              std::uint32_t group_edge = 1)
+      : brick(brick_edge), group(group_edge), options(operation_options) {}
+  virtual ~BrickFormat() = default;
+
+  /// For that many workers. Formats that number the labels of the volume ask for them.
+  virtual EncoderStrategy encoder(unsigned threads, const StoredLabels& labels) const = 0;
+  /// The tables are those that the encoder has fitted, none of a streaming one. Fails where they
+  /// are none that an encoder writes.
+  virtual Expected<std::unique_ptr<const BrickReader>> reader(ByteReader& tables) const = 0;
+
+  const std::uint32_t brick;  ///< voxels a side
+  const std::uint32_t group;  ///< bricks a side of what has one entry in the start table
+  const OperationOptions options;
+};
+
 /// Makes the format of a codec from its parameters.
-using MakeFormat = std::function<std::unique_ptr<BrickFormat>(const Parameters&)>;
+using MakeFormat = std::function<std::unique_ptr<const BrickFormat>(const Parameters&)>;
 
 class BrickCodec final : public Codec {
  public:
@@ -41,6 +68,8 @@ class BrickCodec final : public Codec {
   MakeFormat make_format_;
 };
 
+/// The parameter "brick".
+std::uint32_t brick_edge(const Parameters& parameters);
 /// "brick": 16, 32 or 64 voxels a side; 32 by default.
 ParameterSpec brick_parameter();
 /// "delta": whether operations may refer to older palette entries; 0 by default, as in the

@@ -52,13 +52,15 @@ class WorkspacePool {
 class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAccess {
  public:
   BrickDecoder(const VolumeInfo& info, BrickLayout layout, std::span<const std::uint64_t> remap,
-               std::unique_ptr<BrickFormat> format)
-      : info_(info), layout_(layout), remap_(remap), format_(std::move(format)) {}
+               std::unique_ptr<const BrickReader> reader)
+      : info_(info),
+        layout_(layout),
+        remap_(remap),
+        reader_(std::move(reader)),
+        voxels_(reader_->voxels()) {}
 
   unsigned levels() const override { return layout_.levels; }
-  const VoxelAccess* voxel_access() const override {
-    return format_->has_voxel_access() ? this : nullptr;
-  }
+  const VoxelAccess* voxel_access() const override { return voxels_ != nullptr ? this : nullptr; }
   const BrickAccess* brick_access() const override { return this; }
   Extent brick_size() const override { return {layout_.brick, layout_.brick, layout_.brick}; }
   Extent brick_grid() const override { return layout_.grid; }
@@ -70,7 +72,7 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
                     std::span<std::uint64_t> labels) const override;
   Expected<std::optional<std::uint64_t>> entropy_bytes(unsigned threads) const override;
   Expected<GpuEncoding> gpu_encoding(std::uint32_t brick, unsigned threads) const override {
-    return csgv::gpu_encoding(layout_, remap_, *format_, brick, threads);
+    return csgv::gpu_encoding(layout_, remap_, *reader_, brick, threads);
   }
 
  private:
@@ -91,7 +93,8 @@ class BrickDecoder final : public Decoder, public VoxelAccess, public BrickAcces
   VolumeInfo info_;
   BrickLayout layout_;
   std::span<const std::uint64_t> remap_;
-  std::unique_ptr<BrickFormat> format_;
+  std::unique_ptr<const BrickReader> reader_;
+  const VoxelReader* voxels_;  ///< facet of the reader
   mutable WorkspacePool pool_;
 };
 
@@ -101,7 +104,7 @@ BrickError BrickDecoder::decode_to(const Coordinate& brick, unsigned lod, std::b
                                    BrickWorkspace& workspace) const {
   const unsigned level = layout_.levels - 1 - lod;
   const Validity validity(layout_.brick, layout_.brick_extent(brick));
-  if (BrickError error = format_->unpack(layout_.stored(brick), validity, level, workspace))
+  if (BrickError error = reader_->unpack(layout_.stored(brick), validity, level, workspace))
     return error;
   const BrickExtent& nodes = validity.nodes(level);
   volumes::with_label_type(info_.type, [&]<class T>() {
@@ -197,7 +200,7 @@ Expected<std::optional<std::uint64_t>> BrickDecoder::only_label(const Coordinate
 Expected<void> BrickDecoder::at(std::span<const Coordinate> points, unsigned lod,
                                 std::span<std::uint64_t> labels) const {
   if (auto ok = check_lod(lod); !ok) return ok;
-  if (BrickError error = format_->at(layout_, points, layout_.levels - 1 - lod, labels)) {
+  if (BrickError error = voxels_->at(layout_, points, layout_.levels - 1 - lod, labels)) {
     return fail(ErrorCode::kMalformed, error);
   }
   if (remap_.empty()) return {};
@@ -210,7 +213,8 @@ Expected<void> BrickDecoder::at(std::span<const Coordinate> points, unsigned lod
 }
 
 Expected<std::optional<std::uint64_t>> BrickDecoder::entropy_bytes(unsigned threads) const {
-  if (!format_->has_entropy()) return std::nullopt;
+  const EntropyTally* entropy = reader_->entropy();
+  if (entropy == nullptr) return std::nullopt;
   threads = std::max(1u, threads);
   std::vector<std::unique_ptr<BrickWorkspace>> workspaces(threads);
   std::vector<SymbolTally> tallies(threads);
@@ -221,7 +225,7 @@ Expected<std::optional<std::uint64_t>> BrickDecoder::entropy_bytes(unsigned thre
     const Coordinate brick = grid.coordinate(i);
     const Validity validity(layout_.brick, layout_.brick_extent(brick));
     if (BrickError error =
-            format_->tally(layout_.stored(brick), validity, *workspaces[w], tallies[w]))
+            entropy->tally(layout_.stored(brick), validity, *workspaces[w], tallies[w]))
       wrong = error;
   });
   if (wrong != nullptr) return fail(ErrorCode::kMalformed, wrong.load());
@@ -237,10 +241,8 @@ std::span<const T> view(std::span<const std::byte> bytes) {
 }  // namespace
 
 Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const {
-  auto format = make_format_(stream.parameters);
-  BrickLayout layout(stream.info.extent,
-                     static_cast<std::uint32_t>(stream.parameters.integer("brick")),
-                     format->group());
+  const auto format = make_format_(stream.parameters);
+  BrickLayout layout(stream.info.extent, format->brick, format->group);
   const std::uint64_t groups = layout.groups.voxels();
 
   ByteReader in(stream.payload);
@@ -259,7 +261,8 @@ Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const 
   in.get<std::uint32_t>();
   ByteReader tables(in.take(table_bytes));
   if (in.failed()) return truncated("the frequency tables");
-  if (auto ok = format->read_tables(tables); !ok) return tl::unexpected(ok.error());
+  auto reader = format->reader(tables);
+  if (!reader) return tl::unexpected(reader.error());
   in.take((4 - in.position() % 4) % 4);
   if (groups >= in.remaining() / 4) return truncated("the start table");
   const auto starts = view<std::uint32_t>(in.take((groups + 1) * 4));
@@ -275,7 +278,7 @@ Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const 
     }
     const Extent& grid = layout.groups;
     const Extent bricks = layout.bricks_of_group(grid.coordinate(i));
-    if (BrickError error = format->check(
+    if (BrickError error = (*reader)->check(
             layout.group_words(i), static_cast<std::uint32_t>(bricks.voxels()), layout.levels)) {
       return fail(ErrorCode::kMalformed,
                   fmt::format("{} {} (word {}): {}", unit, i, starts[i], error));
@@ -284,7 +287,11 @@ Expected<std::unique_ptr<Decoder>> BrickCodec::open(const Stream& stream) const 
   if (starts[0] != 0 || starts[groups] != words.size()) {
     return fail(ErrorCode::kMalformed, "start table: the bricks do not fill the payload");
   }
-  return std::make_unique<BrickDecoder>(stream.info, layout, remap, std::move(format));
+  return std::make_unique<BrickDecoder>(stream.info, layout, remap, *std::move(reader));
+}
+
+std::uint32_t brick_edge(const Parameters& parameters) {
+  return static_cast<std::uint32_t>(parameters.integer("brick"));
 }
 
 ParameterSpec brick_parameter() {

@@ -29,7 +29,7 @@ std::span<const std::uint32_t> palette_of(std::span<const std::uint32_t> words, 
 }  // namespace
 
 Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const std::uint64_t> remap,
-                                   const BrickFormat& format, std::uint32_t brick,
+                                   const BrickReader& reader, std::uint32_t brick,
                                    unsigned threads) {
   if (brick != 0 && brick != layout.brick) {
     return fail(
@@ -44,7 +44,7 @@ Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const st
       {"bricks", std::as_bytes(std::span(layout.words, layout.starts[groups])), nullptr});
   encoding.brick = layout.brick;
   encoding.levels = layout.levels;
-  encoding.voxel_access = format.has_voxel_access();
+  encoding.voxel_access = reader.voxels() != nullptr;
   encoding.serial = true;
   encoding.cell_loops =
       8 * (layout.levels +
@@ -52,7 +52,7 @@ Expected<GpuEncoding> gpu_encoding(const BrickLayout& layout, std::span<const st
   encoding.brick_loops =
       nodes_of_level(layout.levels - 1) / 7 + 2 * layout.levels;  // one for eight nodes
   encoding.remap = remap;
-  if (auto ok = format.describe_to_gpu(layout, std::max(1u, threads), encoding); !ok)
+  if (auto ok = reader.describe_to_gpu(layout, std::max(1u, threads), encoding); !ok)
     return tl::unexpected(ok.error());
   if (!remap.empty() && encoding.codes.back() >= remap.size())
     return fail(ErrorCode::kMalformed, "a label leaves the remap table");

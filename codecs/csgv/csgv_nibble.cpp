@@ -3,7 +3,10 @@
 // Brick in 32-bit words: [start of each level in nibbles, L words][palette size][nibbles, padded to
 // a word][palette, reversed].
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv/brick_gpu.hpp"
 #include "codecs/csgv/csgv.hpp"
+#include "codecs/csgv/nibbles.hpp"
+#include "codecs/csgv/operation_encoder.hpp"
 
 namespace cvr::codecs {
 
@@ -11,17 +14,17 @@ namespace {
 
 using namespace csgv;
 
-class NibbleFormat final : public BrickFormat {
+constexpr OperationOptions options_with(bool delta) {
+  return {.stop_bits = true, .keep_outside = false, .delta = delta};
+}
+
+class NibbleBrickReader final : public BrickReader {
  public:
-  explicit NibbleFormat(const Parameters& parameters) : delta_(parameters.integer("delta") != 0) {}
+  explicit NibbleBrickReader(bool delta) : delta_(delta) {}
 
-  OperationOptions options() const override {
-    return {.stop_bits = true, .keep_outside = false, .delta = delta_};
-  }
-
-  void pack(const SourceBrick& brick, PackWorkspace&, std::vector<std::uint32_t>& words,
-            ByteBreakdown& bytes) const override {
-    append_nibble_brick(brick.operations, words, bytes);
+  /// unpack() checks all that it reads.
+  BrickError check(std::span<const std::uint32_t>, std::uint32_t, unsigned) const override {
+    return nullptr;
   }
 
   BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
@@ -32,9 +35,8 @@ class NibbleFormat final : public BrickFormat {
     const std::uint32_t palette_size = words[header - 1];
     if (palette_size > words.size() - header) return "the palette is longer than the brick";
     NibbleReader reader(words.data() + header, words.size() - header - palette_size);
-    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size},
-                                  workspace.grid, validity, options());
-    return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+    const ReversedPalette palette{words.data() + words.size() - 1, palette_size};
+    return rebuild(reader, palette, validity, options_with(delta_), target, workspace);
   }
 
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
@@ -47,6 +49,19 @@ class NibbleFormat final : public BrickFormat {
 
  private:
   bool delta_;
+};
+
+class NibbleFormat final : public BrickFormat {
+ public:
+  explicit NibbleFormat(const Parameters& parameters)
+      : BrickFormat(brick_edge(parameters), options_with(parameters.integer("delta") != 0)) {}
+
+  EncoderStrategy encoder(unsigned, const StoredLabels&) const override {
+    return std::make_unique<const OperationEncoder<NibbleAppender>>(brick, options);
+  }
+  Expected<std::unique_ptr<const BrickReader>> reader(ByteReader&) const override {
+    return std::make_unique<const NibbleBrickReader>(options.delta);
+  }
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "codecs/csgv/brick_format.hpp"
+#include "codecs/csgv/brick_reader.hpp"
 #include "codecs/csgv_ctx/model.hpp"
 
 namespace cvr::codecs::csgv_ctx {

@@ -1,4 +1,4 @@
-// The format `csgv-ctx`: tables, and what a group of bricks is made of.
+// The format `csgv-ctx`: tables, and what a group of bricks is made of; see FORMAT.md.
 #include "codecs/csgv_ctx/csgv_ctx.hpp"
 
 #include <algorithm>
@@ -47,59 +47,36 @@ ContextBits context_bits(std::string_view choice) {
                                    : kLabels};
 }
 
-class ContextStatistics final : public BrickStatistics {
- public:
-  void add(const SourceBrick& brick) override {
-    walk_.run(brick.grid, brick.validity);
-    events.add(walk_.events());
-    for (const Reference& older : walk_.references()) {
-      const CodedReference reference(older);
-      if (reference.coded()) ++numbers[reference.kind()][reference.width()];
-    }
-  }
-  void merge(const BrickStatistics& other) override {
-    const auto& theirs = static_cast<const ContextStatistics&>(other);
-    events.merge(theirs.events);
-    for (unsigned kind = 0; kind < numbers.size(); ++kind) {
-      for (unsigned s = 0; s < kSymbols; ++s) numbers[kind][s] += theirs.numbers[kind][s];
-    }
-  }
-  EventCounts events;
-  NumberCounts numbers{};
+/// The tables of a volume.
+struct CtxTables {
+  std::vector<std::uint32_t> labels;  ///< of the volume, ascending
+  ContextModel model;
 
- private:
-  BrickWalk walk_;
+  unsigned label_bits() const { return bits_for(labels.size()); }
+  Buffer write() const {
+    std::vector<std::uint32_t> words;
+    BitWriter bits(words);
+    write_labels(labels, bits);
+    model.write(bits);
+    ByteWriter out;
+    out.append(std::as_bytes(std::span(words)));
+    return out.take();
+  }
+  static Expected<CtxTables> read(ByteReader& in);
 };
 
-/// The bricks of a group until it is written.
-struct GroupWorkspace final : PackWorkspace {
-  struct Brick {
-    std::uint32_t first_entry, entries;  ///< in `labels`
-    std::uint32_t bytes;                 ///< of its stream
-  };
-  BrickWalk walk;
-  std::vector<Brick> bricks;
-  std::vector<std::uint32_t> labels;  ///< palettes, one after the other
-  std::vector<std::uint8_t> streams;
-  std::vector<std::uint16_t> stream_words;
-  std::vector<std::uint32_t> list;   ///< the labels, ascending, each once
-  std::vector<std::uint32_t> ranks;  ///< in `list`, of each of `labels`
-  std::vector<std::uint64_t> keyed, spare;
-
-  /// Finds the list and the ranks by one sort of (label, place).
-  void rank_labels() {
-    keyed.resize(labels.size());
-    for (std::size_t i = 0; i < labels.size(); ++i) keyed[i] = std::uint64_t{labels[i]} << 32 | i;
-    radix_sort(keyed, spare);
-    list.clear();
-    ranks.resize(labels.size());
-    for (const std::uint64_t key : keyed) {
-      const auto label = static_cast<std::uint32_t>(key >> 32);
-      if (list.empty() || list.back() != label) list.push_back(label);
-      ranks[static_cast<std::uint32_t>(key)] = static_cast<std::uint32_t>(list.size() - 1);
-    }
-  }
-};
+Expected<CtxTables> CtxTables::read(ByteReader& in) {
+  const auto bytes = in.take(in.remaining());
+  std::vector<std::uint32_t> words(bytes.size() / 4);
+  if (!words.empty()) std::memcpy(words.data(), bytes.data(), 4 * words.size());
+  BitReader bits(words);
+  CtxTables tables;
+  if (!read_labels(bits, tables.labels))
+    return fail(ErrorCode::kMalformed, "tables: expected the ascending labels of the volume");
+  if (BrickError error = ContextModel::read(bits, tables.model))
+    return fail(ErrorCode::kMalformed, std::string("tables: ") + error);
+  return tables;
+}
 
 /// Calls body(place in `all`) for each of `some`, which are among them; both ascending.
 template <class Body>
@@ -117,99 +94,55 @@ void for_each_place(const std::vector<std::uint32_t>& some, const std::vector<st
   }
 }
 
-class CtxFormat final : public BrickFormat {
+/// Keeps what the bricks of a group need until it is written.
+class CtxPacker final : public GroupPacker {
  public:
-  explicit CtxFormat(const Parameters& parameters)
-      : brick_(static_cast<std::uint32_t>(parameters.integer("brick"))),
-        group_(std::min(kGroupVoxels / brick_, kGroupBricks)),
-        sampling_(static_cast<unsigned>(parameters.integer("sampling"))),
-        contexts_(context_bits(parameters.text("contexts"))) {}
-
-  OperationOptions options() const override {
-    return {.stop_bits = true, .keep_outside = false, .delta = true};
-  }
-  bool wants_operations() const override { return false; }
-  std::uint32_t group() const override { return group_; }
-  bool wants_labels() const override { return true; }
-  void set_labels(std::vector<std::uint32_t> labels) override { labels_ = std::move(labels); }
-  Sampling sampling() const override {
-    const std::uint64_t voxels = std::uint64_t{brick_} * brick_ * brick_;
-    return {sampling_, std::max<std::uint64_t>(1, kFewVoxels / voxels), kMostVoxels / voxels};
-  }
-  std::unique_ptr<BrickStatistics> statistics() const override {
-    return std::make_unique<ContextStatistics>();
-  }
-  void fit(const BrickStatistics& statistics) override {
-    const auto& counts = static_cast<const ContextStatistics&>(statistics);
-    model_ = train(counts.events, counts.numbers, contexts_);
-  }
-  void write_tables(ByteWriter& out) const override;
-  Expected<void> read_tables(ByteReader& in) override;
-
-  std::unique_ptr<PackWorkspace> pack_workspace() const override {
-    return std::make_unique<GroupWorkspace>();
-  }
-  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
-            ByteBreakdown& bytes) const override;
-  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>& words,
-                    ByteBreakdown& bytes) const override;
-  BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks,
-                   unsigned levels) const override;
-  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace) const override {
-    return decode(brick, validity, target, workspace, nullptr);
-  }
-  bool has_entropy() const override { return true; }
-  BrickError tally(const StoredBrick& brick, const Validity& validity, BrickWorkspace& workspace,
-                   SymbolTally& tally) const override {
-    return decode(brick, validity, workspace.grid.levels() - 1, workspace, &tally);
-  }
-  Expected<void> describe_to_gpu(const BrickLayout&, unsigned,
-                                 GpuEncoding& encoding) const override {
-    describe_tables(model_, labels_, group_, label_bits(), encoding);
-    encoding.brick_loops +=
-        encoding.brick_loops / 2 +
-        group_ * group_ * group_;  // two sweeps, two nodes at once in one; records of a group
-    return {};
+  explicit CtxPacker(const CtxTables& tables) : tables_(tables) {}
+  void pack(SourceGroup& group, std::vector<std::uint32_t>& words, ByteBreakdown& bytes) override {
+    bricks_.clear();
+    labels_.clear();
+    streams_.clear();
+    while (const auto brick = group.next()) add(*brick);
+    rank_labels();
+    append(words, bytes);
   }
 
  private:
+  struct Brick {
+    std::uint32_t first_entry, entries;  ///< in `labels_`
+    std::uint32_t bytes;                 ///< of its stream
+  };
+  void add(const SourceBrick& brick);
   void put_reference(const CodedReference& reference, StreamEncoder& encoder) const;
-  BrickError decode(const StoredBrick& stored, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace, SymbolTally* tally) const;
-  unsigned label_bits() const { return bits_for(labels_.size()); }
-  std::uint32_t label_of(Words words, const CtxGroup& group, std::uint32_t rank) const {
-    return labels_[cvr_ctx_field(words, group.list_at + rank * label_bits(), label_bits())];
-  }
+  void rank_labels();
+  void append(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const;
 
-  std::uint32_t brick_, group_;
-  unsigned sampling_;
-  ContextBits contexts_;
-  std::vector<std::uint32_t> labels_;  ///< of the volume, ascending
-  ContextModel model_;
+  const CtxTables& tables_;
+  BrickWalk walk_;
+  std::vector<Brick> bricks_;
+  std::vector<std::uint32_t> labels_;  ///< palettes, one after the other
+  std::vector<std::uint8_t> streams_;
+  std::vector<std::uint16_t> stream_words_;
+  std::vector<std::uint32_t> list_;   ///< the labels, ascending, each once
+  std::vector<std::uint32_t> ranks_;  ///< in `list_`, of each of `labels_`
+  std::vector<std::uint64_t> keyed_, spare_;
 };
 
-void CtxFormat::write_tables(ByteWriter& out) const {
-  std::vector<std::uint32_t> words;
-  BitWriter bits(words);
-  write_labels(labels_, bits);
-  model_.write(bits);
-  out.append(std::as_bytes(std::span(words)));
+/// Finds the list and the ranks by one sort of (label, place).
+void CtxPacker::rank_labels() {
+  keyed_.resize(labels_.size());
+  for (std::size_t i = 0; i < labels_.size(); ++i) keyed_[i] = std::uint64_t{labels_[i]} << 32 | i;
+  radix_sort(keyed_, spare_);
+  list_.clear();
+  ranks_.resize(labels_.size());
+  for (const std::uint64_t key : keyed_) {
+    const auto label = static_cast<std::uint32_t>(key >> 32);
+    if (list_.empty() || list_.back() != label) list_.push_back(label);
+    ranks_[static_cast<std::uint32_t>(key)] = static_cast<std::uint32_t>(list_.size() - 1);
+  }
 }
 
-Expected<void> CtxFormat::read_tables(ByteReader& in) {
-  const auto bytes = in.take(in.remaining());
-  std::vector<std::uint32_t> words(bytes.size() / 4);
-  if (!words.empty()) std::memcpy(words.data(), bytes.data(), 4 * words.size());
-  BitReader bits(words);
-  if (!read_labels(bits, labels_))
-    return fail(ErrorCode::kMalformed, "tables: expected the ascending labels of the volume");
-  if (BrickError error = ContextModel::read(bits, model_))
-    return fail(ErrorCode::kMalformed, std::string("tables: ") + error);
-  return {};
-}
-
-void CtxFormat::put_reference(const CodedReference& reference, StreamEncoder& encoder) const {
+void CtxPacker::put_reference(const CodedReference& reference, StreamEncoder& encoder) const {
   if (!reference.coded()) return;
   const unsigned width = reference.width();
   std::uint32_t value = reference.value;
@@ -221,88 +154,169 @@ void CtxFormat::put_reference(const CodedReference& reference, StreamEncoder& en
     value >>= count;
     left -= count;
   }
-  encoder.put(model_.number(reference.kind()), width);
+  encoder.put(tables_.model.number(reference.kind()), width);
 }
 
-/// Codes a brick's stream at once; what needs the whole group waits for finish_group.
-void CtxFormat::pack(const SourceBrick& brick, PackWorkspace& scratch, std::vector<std::uint32_t>&,
-                     ByteBreakdown&) const {
-  auto& workspace = static_cast<GroupWorkspace&>(scratch);
-  BrickWalk& walk = workspace.walk;
-  walk.run(brick.grid, brick.validity);
-  StreamEncoder encoder(workspace.stream_words,
-                        walk.events().size() + kMostPieces * walk.references().size());
-  auto reference = walk.references().end();
-  for (std::size_t i = walk.events().size(); i-- > 0;) {
-    const Event event = walk.events()[i];
+/// Codes a brick's stream at once; what needs the whole group waits for append(). Not
+/// inlined: the loop needs all registers.
+[[gnu::noinline]] void CtxPacker::add(const SourceBrick& brick) {
+  walk_.run(brick.grid, brick.validity);
+  const ContextModel& model = tables_.model;
+  const std::span<const Event> events = walk_.events();
+  StreamEncoder encoder(stream_words_, events.size() + kMostPieces * walk_.references().size());
+  auto reference = walk_.references().end();
+  for (std::size_t i = events.size(); i-- > 0;) {
+    const Event event = events[i];
     const std::uint32_t symbol = symbol_of(event);
     if ((symbol & 7) == kDelta) put_reference(CodedReference(*--reference), encoder);
-    encoder.put(model_.distribution(model_.row(static_of(event), dynamic_of(event))), symbol);
+    encoder.put(model.distribution(model.row(static_of(event), dynamic_of(event))), symbol);
   }
-  const std::size_t first = workspace.streams.size();
-  encoder.finish(workspace.streams);
-  workspace.bricks.push_back({static_cast<std::uint32_t>(workspace.labels.size()),
-                              static_cast<std::uint32_t>(walk.palette().size()),
-                              static_cast<std::uint32_t>(workspace.streams.size() - first)});
-  workspace.labels.insert(workspace.labels.end(), walk.palette().begin(), walk.palette().end());
+  const std::size_t first = streams_.size();
+  encoder.finish(streams_);
+  bricks_.push_back({static_cast<std::uint32_t>(labels_.size()),
+                     static_cast<std::uint32_t>(walk_.palette().size()),
+                     static_cast<std::uint32_t>(streams_.size() - first)});
+  labels_.insert(labels_.end(), walk_.palette().begin(), walk_.palette().end());
 }
 
-void CtxFormat::finish_group(PackWorkspace& scratch, std::vector<std::uint32_t>& words,
-                             ByteBreakdown& bytes) const {
-  auto& workspace = static_cast<GroupWorkspace&>(scratch);
-  workspace.rank_labels();
-  const std::vector<std::uint32_t>& list = workspace.list;
+void CtxPacker::append(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const {
   std::uint32_t most_bytes = 0;
   std::uint32_t most_entries = 2;
-  for (const GroupWorkspace::Brick& brick : workspace.bricks) {
+  for (const Brick& brick : bricks_) {
     most_bytes = std::max(most_bytes, brick.bytes);
     most_entries = std::max(most_entries, brick.entries);
   }
   const auto size_bits = static_cast<unsigned>(std::bit_width(most_bytes));
   const auto count_bits = static_cast<unsigned>(std::bit_width(most_entries - 2));
-  const unsigned rank_bits = bits_for(list.size());
-  const auto root = [&](std::size_t i) { return workspace.ranks[workspace.bricks[i].first_entry]; };
+  const unsigned rank_bits = bits_for(list_.size());
+  const auto root = [&](std::size_t i) { return ranks_[bricks_[i].first_entry]; };
 
   const std::size_t first_word = words.size();
   BitWriter out(words);
-  out.put(static_cast<std::uint32_t>(list.size() - 1), CVR_CTX_LABELS_BITS);
+  out.put(static_cast<std::uint32_t>(list_.size() - 1), CVR_CTX_LABELS_BITS);
   out.put(size_bits, CVR_CTX_SIZE_BITS);
   out.put(count_bits, CVR_CTX_HEADER_BITS - CVR_CTX_LABELS_BITS - CVR_CTX_SIZE_BITS);
-  for (const GroupWorkspace::Brick& brick : workspace.bricks) out.put(brick.entries > 1 ? 1 : 0, 1);
+  for (const Brick& brick : bricks_) out.put(brick.entries > 1 ? 1 : 0, 1);
   const std::uint64_t palette_at = out.bits();
-  for (std::size_t i = 1; i < workspace.bricks.size(); ++i)
-    out.put(root(i) != root(i - 1) ? 1 : 0, 1);
-  for (std::size_t i = 0; i < workspace.bricks.size(); ++i) {
+  for (std::size_t i = 1; i < bricks_.size(); ++i) out.put(root(i) != root(i - 1) ? 1 : 0, 1);
+  for (std::size_t i = 0; i < bricks_.size(); ++i) {
     if (i == 0 || root(i) != root(i - 1)) out.put(root(i), rank_bits);
   }
-  for_each_place(list, labels_, [&](std::uint32_t place) { out.put(place, label_bits()); });
+  for_each_place(list_, tables_.labels,
+                 [&](std::uint32_t place) { out.put(place, tables_.label_bits()); });
   std::uint64_t palette_bits = out.bits() - palette_at;
-  for (const GroupWorkspace::Brick& brick : workspace.bricks) {
+  for (const Brick& brick : bricks_) {
     if (brick.entries == 1) continue;
     out.put(brick.bytes, size_bits);
     out.put(brick.entries - 2, count_bits);
   }
   const std::uint64_t entries_at = out.bits();
-  for (const GroupWorkspace::Brick& brick : workspace.bricks) {
+  for (const Brick& brick : bricks_) {
     for (std::uint32_t k = 1; k < brick.entries; ++k)
-      out.put(workspace.ranks[brick.first_entry + k], rank_bits);
+      out.put(ranks_[brick.first_entry + k], rank_bits);
   }
   palette_bits += out.bits() - entries_at;
 
   const std::size_t front = (out.bits() + 7) / 8;
-  words.resize(first_word + (front + workspace.streams.size() + 3) / 4);
-  std::ranges::copy(workspace.streams,
-                    reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front);
+  words.resize(first_word + (front + streams_.size() + 3) / 4);
+  std::ranges::copy(streams_, reinterpret_cast<std::uint8_t*>(words.data() + first_word) + front);
   bytes[ByteClass::kPalette] += palette_bits / 8;
   bytes[ByteClass::kHeader] += front - palette_bits / 8;
-  bytes[ByteClass::kOperations] += workspace.streams.size();
-  bytes[ByteClass::kPadding] += 4 * (words.size() - first_word) - front - workspace.streams.size();
-  workspace.bricks.clear();
-  workspace.labels.clear();
-  workspace.streams.clear();
+  bytes[ByteClass::kOperations] += streams_.size();
+  bytes[ByteClass::kPadding] += 4 * (words.size() - first_word) - front - streams_.size();
 }
 
-BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uint32_t bricks,
+class CtxPacking final : public StreamingEncoder {
+ public:
+  explicit CtxPacking(CtxTables tables) : tables_(std::move(tables)) {}
+  std::unique_ptr<GroupPacker> packer() const override {
+    return std::make_unique<CtxPacker>(tables_);
+  }
+
+ private:
+  CtxTables tables_;
+};
+
+class CtxEncoder final : public SampledEncoder {
+ public:
+  CtxEncoder(unsigned threads, const Sampling& sampling, const ContextBits& contexts,
+             std::vector<std::uint32_t> labels)
+      : sampling_(sampling), contexts_(contexts), labels_(std::move(labels)), workers_(threads) {}
+
+  Sampling sampling() const override { return sampling_; }
+  void count(unsigned w, const SourceBrick& brick) override {
+    Worker& worker = workers_[w];
+    worker.walk.run(brick.grid, brick.validity);
+    worker.events.add(worker.walk.events());
+    for (const Reference& older : worker.walk.references()) {
+      const CodedReference reference(older);
+      if (reference.coded()) ++worker.numbers[reference.kind()][reference.width()];
+    }
+  }
+  Fitted<StreamingEncoder> fit() && override {
+    EventCounts& events = workers_[0].events;
+    NumberCounts& numbers = workers_[0].numbers;
+    for (std::size_t w = 1; w < workers_.size(); ++w) {
+      events.merge(workers_[w].events);
+      for (unsigned kind = 0; kind < numbers.size(); ++kind) {
+        for (unsigned s = 0; s < kSymbols; ++s) numbers[kind][s] += workers_[w].numbers[kind][s];
+      }
+    }
+    CtxTables tables{std::move(labels_), train(events, numbers, contexts_)};
+    Buffer bytes = tables.write();
+    return {std::move(bytes), std::make_unique<const CtxPacking>(std::move(tables))};
+  }
+
+ private:
+  struct alignas(64) Worker {
+    BrickWalk walk;
+    EventCounts events;
+    NumberCounts numbers{};
+  };
+
+  Sampling sampling_;
+  ContextBits contexts_;
+  std::vector<std::uint32_t> labels_;  ///< of the volume, ascending
+  std::vector<Worker> workers_;
+};
+
+class CtxReader final : public BrickReader, public EntropyTally {
+ public:
+  CtxReader(CtxTables tables, std::uint32_t group) : tables_(std::move(tables)), group_(group) {}
+
+  BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks,
+                   unsigned levels) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override {
+    return decode(brick, validity, target, workspace, nullptr);
+  }
+  const EntropyTally* entropy() const override { return this; }
+  BrickError tally(const StoredBrick& brick, const Validity& validity, BrickWorkspace& workspace,
+                   SymbolTally& tally) const override {
+    return decode(brick, validity, workspace.grid.levels() - 1, workspace, &tally);
+  }
+  Expected<void> describe_to_gpu(const BrickLayout&, unsigned,
+                                 GpuEncoding& encoding) const override {
+    describe_tables(tables_.model, tables_.labels, group_, tables_.label_bits(), encoding);
+    encoding.brick_loops +=
+        encoding.brick_loops / 2 +
+        group_ * group_ * group_;  // two sweeps, two nodes at once in one; records of a group
+    return {};
+  }
+
+ private:
+  BrickError decode(const StoredBrick& stored, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace, SymbolTally* tally) const;
+  std::uint32_t label_of(Words words, const CtxGroup& group, std::uint32_t rank) const {
+    const unsigned bits = tables_.label_bits();
+    return tables_.labels[cvr_ctx_field(words, group.list_at + rank * bits, bits)];
+  }
+
+  CtxTables tables_;
+  std::uint32_t group_;  ///< bricks a side
+};
+
+BrickError CtxReader::check(std::span<const std::uint32_t> group_words, std::uint32_t bricks,
                             unsigned levels) const {
   const std::uint64_t end = 32 * static_cast<std::uint64_t>(group_words.size());
   // Texts address bits in 32 bits; no encoder comes near that.
@@ -312,10 +326,11 @@ BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uin
   const std::uint32_t most_voxels = bricks * nodes_of_level(levels - 1);
   if ((words.w[0] & ((1u << CVR_CTX_LABELS_BITS) - 1)) >= most_voxels)
     return "the group has more labels than voxels";
-  const CtxGroup group = cvr_ctx_group(words, bricks, label_bits());
+  const CtxGroup group = cvr_ctx_group(words, bricks, tables_.label_bits());
   if (group.records_at > end) return "the group is shorter than its list of labels";
   for (std::uint32_t i = 0; i < group.labels; ++i) {
-    if (cvr_ctx_field(words, group.list_at + i * label_bits(), label_bits()) >= labels_.size())
+    if (cvr_ctx_field(words, group.list_at + i * tables_.label_bits(), tables_.label_bits()) >=
+        tables_.labels.size())
       return "a label is none of the volume's";
   }
   for (std::uint32_t at = group.roots_at; at < group.list_at; at += group.rank_bits) {
@@ -339,10 +354,10 @@ BrickError CtxFormat::check(std::span<const std::uint32_t> group_words, std::uin
   return nullptr;
 }
 
-BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity, unsigned target,
+BrickError CtxReader::decode(const StoredBrick& stored, const Validity& validity, unsigned target,
                              BrickWorkspace& workspace, SymbolTally* tally) const {
   const Words words{stored.words.data()};
-  const CtxGroup group = cvr_ctx_group(words, stored.bricks, label_bits());
+  const CtxGroup group = cvr_ctx_group(words, stored.bricks, tables_.label_bits());
   const CtxBrick brick = cvr_ctx_brick(words, group, stored.member);
   std::vector<std::uint32_t>& palette = workspace.palette;
   palette.resize(brick.labels);
@@ -354,8 +369,34 @@ BrickError CtxFormat::decode(const StoredBrick& stored, const Validity& validity
   }
   const std::span stream(reinterpret_cast<const std::uint8_t*>(words.w) + brick.stream_at,
                          brick.bytes);
-  return rebuild_brick(model_, palette, stream, validity, target, workspace, tally);
+  return rebuild_brick(tables_.model, palette, stream, validity, target, workspace, tally);
 }
+
+class CtxFormat final : public BrickFormat {
+ public:
+  explicit CtxFormat(const Parameters& parameters)
+      : BrickFormat(brick_edge(parameters),
+                    {.stop_bits = true, .keep_outside = false, .delta = true},
+                    std::min(kGroupVoxels / brick_edge(parameters), kGroupBricks)),
+        stride_(static_cast<unsigned>(parameters.integer("sampling"))),
+        contexts_(context_bits(parameters.text("contexts"))) {}
+
+  EncoderStrategy encoder(unsigned threads, const StoredLabels& labels) const override {
+    const std::uint64_t voxels = std::uint64_t{brick} * brick * brick;
+    const Sampling sampling{stride_, std::max<std::uint64_t>(1, kFewVoxels / voxels),
+                            kMostVoxels / voxels};
+    return std::make_unique<CtxEncoder>(threads, sampling, contexts_, labels());
+  }
+  Expected<std::unique_ptr<const BrickReader>> reader(ByteReader& in) const override {
+    auto tables = CtxTables::read(in);
+    if (!tables) return tl::unexpected(tables.error());
+    return std::make_unique<const CtxReader>(*std::move(tables), group);
+  }
+
+ private:
+  unsigned stride_;
+  ContextBits contexts_;
+};
 
 }  // namespace
 

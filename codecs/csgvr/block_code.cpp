@@ -156,7 +156,6 @@ void BlockCode::fit_side(Side& side, const KeyCounts& patterns) {
   }
   std::ranges::sort(candidates, {}, &Candidate::number);
   std::vector<std::uint64_t> weights;
-  side.patterns.clear();
   for (const Candidate& c : candidates) {
     side.patterns.push_back(pattern_of(c.number));
     weights.push_back(c.count);
@@ -166,7 +165,7 @@ void BlockCode::fit_side(Side& side, const KeyCounts& patterns) {
   side.assign_codes();
 }
 
-void BlockCode::fit(const PatternCounts& patterns) {
+BlockCode::BlockCode(const PatternCounts& patterns) {
   for (unsigned fine = 0; fine < 2; ++fine) fit_side(sides_[fine], patterns[fine]);
   build_tables();
 }
@@ -201,17 +200,17 @@ void BlockCode::write(ByteWriter& out) const {
   out.append(std::as_bytes(std::span(words)).first((bits.bits() + 7) / 8));
 }
 
-Expected<void> BlockCode::read(ByteReader& in) {
+Expected<BlockCode> BlockCode::read(ByteReader& in) {
+  BlockCode code;
   const auto bytes = in.take(in.remaining());
   std::vector<std::uint32_t> words((bytes.size() + 3) / 4);
   if (!bytes.empty()) std::memcpy(words.data(), bytes.data(), bytes.size());
   BitReader bits(words);
-  for (Side* side : {&sides_[1], &sides_[0]}) {
-    const std::string_view name = side == &sides_[1] ? "fine" : "coarse";
+  for (Side* side : {&code.sides_[1], &code.sides_[0]}) {
+    const std::string_view name = side == &code.sides_[1] ? "fine" : "coarse";
     const std::uint32_t count = bits.get(16);
     const unsigned parameter = bits.get(5);
     std::uint64_t next = 0;
-    *side = {};
     for (std::uint32_t i = 0; i < count; ++i) {
       std::uint32_t gap = 0;
       const bool numbered = take_exp_golomb(bits, parameter, gap);
@@ -243,8 +242,8 @@ Expected<void> BlockCode::read(ByteReader& in) {
   }
   if ((bits.position() + 7) / 8 != bytes.size())
     return fail(ErrorCode::kMalformed, "block codes: the tables go on behind them");
-  build_tables();
-  return {};
+  code.build_tables();
+  return code;
 }
 
 /// As shaders/shared/csgvr_c.glsl has them.

@@ -51,10 +51,11 @@ BlockOperations most_frequent(const BlockShape& shape, const KeyCounts& patterns
 class BlockCode {
  public:
   /// Codes for patterns that occur so often; others are coded with escapes.
-  void fit(const PatternCounts& patterns);
+  explicit BlockCode(const PatternCounts& patterns);
 
   void write(ByteWriter& out) const;
-  volumes::Expected<void> read(ByteReader& in);
+  /// Takes all that is left. Fails where it is none that an encoder writes.
+  static volumes::Expected<BlockCode> read(ByteReader& in);
 
   CodedBlock coded(BlockOperations operations, bool fine) const {
     return sides_[fine].coded(operations);
@@ -88,6 +89,7 @@ class BlockCode {
     unsigned hash_shift_ = 31;
   };
 
+  BlockCode() = default;
   static void fit_side(Side& side, const KeyCounts& patterns);
   void build_tables();
 

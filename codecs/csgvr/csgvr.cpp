@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv/brick_gpu.hpp"
+#include "codecs/csgv/operation_encoder.hpp"
 #include "codecs/csgvr/voxel_walk.hpp"
 #include "codecs/succinct/bit_vector.hpp"
 
@@ -25,6 +27,10 @@ using succinct::deposit_bits;
 using succinct::extract_bits;
 
 constexpr unsigned kWaveletLevels = CVR_WAVELET_LEVELS;
+
+constexpr OperationOptions options_with(bool stop_bits) {
+  return {.stop_bits = stop_bits, .keep_outside = true, .delta = false};
+}
 
 /// Bit k of 64 symbols, one plane for each k < 4.
 std::array<std::uint64_t, 4> bit_planes(const std::uint8_t* symbols) {
@@ -90,47 +96,17 @@ class WaveletReader {
   bool finest_ = false;
 };
 
-struct MatrixWorkspace final : PackWorkspace {
-  std::array<BitAppender, kWaveletLevels> levels;
-  BitAppender matrix, stops;
-};
-
-class CsgvrFormat final : public BrickFormat {
+/// Appends bricks; reuses its vectors.
+class MatrixAppender {
  public:
-  explicit CsgvrFormat(bool stop_bits) : stop_bits_(stop_bits) {}
-
-  OperationOptions options() const override {
-    return {.stop_bits = stop_bits_, .keep_outside = true, .delta = false};
-  }
-  std::unique_ptr<PackWorkspace> pack_workspace() const override {
-    return std::make_unique<MatrixWorkspace>();
-  }
-  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>& words,
-            ByteBreakdown& bytes) const override;
-  BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks,
-                   unsigned levels) const override;
-  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
-                    BrickWorkspace& workspace) const override;
-  bool has_voxel_access() const override { return true; }
-  BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
-                std::span<std::uint64_t> labels) const override;
-  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
-                                 GpuEncoding& encoding) const override {
-    encoding.decoder = "csgvr";
-    encoding.constants = {{"CVR_CSGVR_STOP_BITS", stop_bits_ ? 1u : 0u}};
-    return add_palettes(layout, threads, encoding);
-  }
+  explicit MatrixAppender(bool stop_bits) : stop_bits_(stop_bits) {}
+  void operator()(const OperationStream& operations, std::vector<std::uint32_t>& words,
+                  ByteBreakdown& bytes);
 
  private:
-  CsgvrBrick open(std::span<const std::uint32_t> words, unsigned levels) const {
-    return shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), levels,
-                                   stop_bits_);
-  }
-  BrickError check_wavelet_matrix(Words words, const CsgvrBrick& brick, std::uint32_t symbols,
-                                  std::uint32_t w_bits) const;
-  BrickError check_levels(Words words, const CsgvrBrick& brick, std::uint32_t& symbols) const;
-
   bool stop_bits_;
+  std::array<BitAppender, kWaveletLevels> levels_;
+  BitAppender matrix_, stops_;
 };
 
 /// Splits symbols into the bits of each wavelet level and the stop bits. Level l has a bit for each
@@ -159,25 +135,22 @@ void build_wavelet_levels(std::span<const std::uint8_t> symbols,
   }
 }
 
-void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch,
-                       std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const {
-  auto& workspace = static_cast<MatrixWorkspace&>(scratch);
-  const OperationStream& operations = brick.operations;
-  build_wavelet_levels(operations.symbols(), workspace.levels, workspace.stops);
-  BitAppender& matrix = workspace.matrix;
-  matrix.clear();
+void MatrixAppender::operator()(const OperationStream& operations,
+                                std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+  build_wavelet_levels(operations.symbols(), levels_, stops_);
+  matrix_.clear();
   std::array<std::uint32_t, kWaveletLevels> starts;
   std::array<std::uint32_t, kWaveletLevels> ones_before;
   std::uint32_t ones = 0;
   for (unsigned l = 0; l < kWaveletLevels; ++l) {
-    starts[l] = matrix.size();
+    starts[l] = matrix_.size();
     ones_before[l] = ones;
-    for (const std::uint64_t word : workspace.levels[l].words())
+    for (const std::uint64_t word : levels_[l].words())
       ones += static_cast<std::uint32_t>(std::popcount(word));
-    matrix.append(workspace.levels[l]);
+    matrix_.append(levels_[l]);
   }
   append_level_starts(operations, words);
-  words.push_back(matrix.size());
+  words.push_back(matrix_.size());
   words.insert(words.end(), ones_before.begin(), ones_before.end());
   words.insert(words.end(), starts.begin() + 1, starts.end());
   bytes[ByteClass::kHeader] += 4 * (operations.levels() + 2 + 2 * kWaveletLevels - 1);
@@ -189,19 +162,49 @@ void CsgvrFormat::pack(const SourceBrick& brick, PackWorkspace& scratch,
     succinct::append_words(vector.words(), words);
     bytes[use] += 8 * vector.words().size();
   };
-  append_vector(matrix, ByteClass::kOperations);
+  append_vector(matrix_, ByteClass::kOperations);
   if (stop_bits_) {
-    append_vector(workspace.stops, ByteClass::kStopBits);
-    words.push_back(static_cast<std::uint32_t>(workspace.stops.words().size()));
+    append_vector(stops_, ByteClass::kStopBits);
+    words.push_back(static_cast<std::uint32_t>(stops_.words().size()));
     bytes[ByteClass::kHeader] += 4;
   }
   append_palette(operations, words);
   bytes[ByteClass::kPalette] += 4 * operations.palette().size();
 }
 
+class CsgvrReader final : public BrickReader, public VoxelReader {
+ public:
+  explicit CsgvrReader(bool stop_bits) : stop_bits_(stop_bits) {}
+
+  BrickError check(std::span<const std::uint32_t> words, std::uint32_t bricks,
+                   unsigned levels) const override;
+  BrickError unpack(const StoredBrick& brick, const Validity& validity, unsigned target,
+                    BrickWorkspace& workspace) const override;
+  const VoxelReader* voxels() const override { return this; }
+  BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
+                std::span<std::uint64_t> labels) const override;
+  Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
+                                 GpuEncoding& encoding) const override {
+    encoding.decoder = "csgvr";
+    encoding.constants = {{"CVR_CSGVR_STOP_BITS", stop_bits_ ? 1u : 0u}};
+    return add_palettes(layout, threads, encoding);
+  }
+
+ private:
+  CsgvrBrick open(std::span<const std::uint32_t> words, unsigned levels) const {
+    return shaders::cvr_csgvr_open({words.data()}, static_cast<std::uint32_t>(words.size()), levels,
+                                   stop_bits_);
+  }
+  BrickError check_wavelet_matrix(Words words, const CsgvrBrick& brick, std::uint32_t symbols,
+                                  std::uint32_t w_bits) const;
+  BrickError check_levels(Words words, const CsgvrBrick& brick, std::uint32_t& symbols) const;
+
+  bool stop_bits_;
+};
+
 /// Level starts: each level has eight nodes for each node of the level before that carries no stop
 /// bit.
-BrickError CsgvrFormat::check_levels(Words words, const CsgvrBrick& brick,
+BrickError CsgvrReader::check_levels(Words words, const CsgvrBrick& brick,
                                      std::uint32_t& symbols) const {
   std::uint32_t start = 0;
   std::uint32_t nodes = 1;
@@ -219,7 +222,7 @@ BrickError CsgvrFormat::check_levels(Words words, const CsgvrBrick& brick,
   return nullptr;
 }
 
-BrickError CsgvrFormat::check_wavelet_matrix(Words words, const CsgvrBrick& brick,
+BrickError CsgvrReader::check_wavelet_matrix(Words words, const CsgvrBrick& brick,
                                              std::uint32_t symbols, std::uint32_t w_bits) const {
   std::uint32_t start = 0;
   std::uint32_t length = symbols;
@@ -239,7 +242,7 @@ BrickError CsgvrFormat::check_wavelet_matrix(Words words, const CsgvrBrick& bric
   return start == w_bits ? nullptr : "the wavelet matrix is longer than its levels";
 }
 
-BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::uint32_t,
+BrickError CsgvrReader::check(std::span<const std::uint32_t> brick_words, std::uint32_t,
                               unsigned levels) const {
   const std::uint64_t header = levels + 2 + 2 * kWaveletLevels - 1;
   if (brick_words.size() <= header) return "the brick is shorter than its header";
@@ -290,17 +293,16 @@ BrickError CsgvrFormat::check(std::span<const std::uint32_t> brick_words, std::u
   return check_wavelet_matrix(words, brick, symbols, w_bits);
 }
 
-BrickError CsgvrFormat::unpack(const StoredBrick& stored, const Validity& validity, unsigned target,
+BrickError CsgvrReader::unpack(const StoredBrick& stored, const Validity& validity, unsigned target,
                                BrickWorkspace& workspace) const {
   const auto words = stored.words;
   const CsgvrBrick brick = open(words, workspace.grid.levels());
   WaveletReader reader({words.data()}, brick);
-  Reconstruction reconstruction(reader, {words.data() + words.size() - 1, brick.palette_size},
-                                workspace.grid, validity, options());
-  return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+  const ReversedPalette palette{words.data() + words.size() - 1, brick.palette_size};
+  return rebuild(reader, palette, validity, options_with(stop_bits_), target, workspace);
 }
 
-BrickError CsgvrFormat::at(const BrickLayout& layout, std::span<const Coordinate> points,
+BrickError CsgvrReader::at(const BrickLayout& layout, std::span<const Coordinate> points,
                            unsigned level, std::span<std::uint64_t> labels) const {
   return csgvr::for_each_point(layout, points, level, labels,
                                [&](std::span<const std::uint32_t> brick_words, std::uint32_t,
@@ -316,12 +318,27 @@ BrickError CsgvrFormat::at(const BrickLayout& layout, std::span<const Coordinate
                                });
 }
 
+class CsgvrFormat final : public BrickFormat {
+ public:
+  CsgvrFormat(const Parameters& parameters, bool stop_bits)
+      : BrickFormat(brick_edge(parameters), options_with(stop_bits)) {}
+  EncoderStrategy encoder(unsigned, const StoredLabels&) const override {
+    return std::make_unique<const OperationEncoder<MatrixAppender>>(
+        brick, options, MatrixAppender(options.stop_bits));
+  }
+  Expected<std::unique_ptr<const BrickReader>> reader(ByteReader&) const override {
+    return std::make_unique<const CsgvrReader>(options.stop_bits);
+  }
+};
+
 }  // namespace
 
 const Codec& csgvr_codec() {
   static const BrickCodec kCodec(
       brick_traits("csgvr", "csgvr", "CSGV-R: wavelet matrix, no stop bits", Granularity::kVoxel),
-      {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrFormat>(false); });
+      {brick_parameter()}, [](const Parameters& parameters) {
+        return std::make_unique<CsgvrFormat>(parameters, false);
+      });
   return kCodec;
 }
 
@@ -329,7 +346,8 @@ const Codec& csgvr_sb_codec() {
   static const BrickCodec kCodec(
       brick_traits("csgvr-sb", "csgvr", "CSGV-R: wavelet matrix and stop bits",
                    Granularity::kVoxel),
-      {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrFormat>(true); });
+      {brick_parameter()},
+      [](const Parameters& parameters) { return std::make_unique<CsgvrFormat>(parameters, true); });
   return kCodec;
 }
 

@@ -21,55 +21,51 @@ namespace {
 
 using namespace csgv;
 using csgvr::BlockCode;
-using csgvr::GroupWriter;
-using csgvr::KeptGroups;
+using csgvr::BlockGroupWriter;
+using csgvr::GroupKeeper;
 using shaders::CsgvrcBrick;
 using shaders::Words;
 
 constexpr std::uint32_t kGroupVoxels = 64;  ///< a side
 
-class CsgvrcFormat final : public BrickFormat {
+constexpr OperationOptions kOptions{.stop_bits = true, .keep_outside = true, .delta = false};
+
+class CsgvrcVolume final : public KeptVolume {
  public:
-  explicit CsgvrcFormat(std::uint32_t b) : brick_(b) {}
-
-  OperationOptions options() const override {
-    return {.stop_bits = true, .keep_outside = true, .delta = false};
+  explicit CsgvrcVolume(std::vector<GroupKeeper> keepers) : keepers_(std::move(keepers)) {}
+  std::unique_ptr<GroupWriter> writer() const override {
+    return std::make_unique<BlockGroupWriter>(keepers_);
   }
-  bool wants_operations() const override { return false; }
-  std::uint32_t group() const override { return kGroupVoxels / brick_; }
 
-  bool keeps_bricks() const override { return true; }
-  void fit_kept(std::span<PackWorkspace* const> workspaces) override {
-    const auto for_each = [&](auto&& body) {
-      for (PackWorkspace* workspace : workspaces) body(static_cast<KeptGroups&>(*workspace));
-    };
+ private:
+  std::vector<GroupKeeper> keepers_;
+};
+
+class CsgvrcEncoder final : public TwoPassEncoder {
+ public:
+  CsgvrcEncoder(unsigned threads, std::uint32_t brick) : keepers_(threads, GroupKeeper(brick)) {}
+
+  KeptGroup keep(unsigned worker, SourceGroup& group) override {
+    return {worker, keepers_[worker].keep(group)};
+  }
+  Fitted<KeptVolume> fit() && override {
     csgvr::PatternCounts widest, chosen;
-    for_each([&](const KeptGroups& kept) { kept.count_widest(widest); });
-    for_each([&](KeptGroups& kept) { kept.choose(widest, chosen); });
-    code_.fit(chosen);
-    for_each([&](KeptGroups& kept) { kept.encode(code_); });
+    for (const GroupKeeper& keeper : keepers_) keeper.count_widest(widest);
+    for (GroupKeeper& keeper : keepers_) keeper.choose(widest, chosen);
+    const BlockCode code(chosen);
+    for (GroupKeeper& keeper : keepers_) keeper.encode(code);
+    ByteWriter tables;
+    code.write(tables);
+    return {tables.take(), std::make_unique<const CsgvrcVolume>(std::move(keepers_))};
   }
-  void write_tables(ByteWriter& out) const override { code_.write(out); }
-  Expected<void> read_tables(ByteReader& in) override { return code_.read(in); }
 
-  std::unique_ptr<PackWorkspace> pack_workspace() const override {
-    return std::make_unique<KeptGroups>(brick_);
-  }
-  void pack(const SourceBrick& brick, PackWorkspace& workspace, std::vector<std::uint32_t>&,
-            ByteBreakdown&) const override {
-    static_cast<KeptGroups&>(workspace).add(brick.grid);
-  }
-  void finish_group(PackWorkspace& workspace, std::vector<std::uint32_t>&,
-                    ByteBreakdown&) const override {
-    static_cast<KeptGroups&>(workspace).finish_group();
-  }
-  std::unique_ptr<PackWorkspace> write_workspace() const override {
-    return std::make_unique<GroupWriter>();
-  }
-  void write_kept(const PackWorkspace& kept, std::size_t n, PackWorkspace& scratch,
-                  std::vector<std::uint32_t>& words, ByteBreakdown& bytes) const override {
-    static_cast<GroupWriter&>(scratch).write(static_cast<const KeptGroups&>(kept), n, words, bytes);
-  }
+ private:
+  std::vector<GroupKeeper> keepers_;  ///< of each worker
+};
+
+class CsgvrcReader final : public BrickReader, public VoxelReader, public EntropyTally {
+ public:
+  explicit CsgvrcReader(BlockCode code) : code_(std::move(code)) {}
 
   BrickError check(std::span<const std::uint32_t> group, std::uint32_t bricks,
                    unsigned levels) const override {
@@ -79,12 +75,12 @@ class CsgvrcFormat final : public BrickFormat {
                     BrickWorkspace& workspace) const override {
     return decode(stored, validity, target, workspace, nullptr);
   }
-  bool has_entropy() const override { return true; }
+  const EntropyTally* entropy() const override { return this; }
   BrickError tally(const StoredBrick& stored, const Validity& validity, BrickWorkspace& workspace,
                    SymbolTally& tally) const override {
     return decode(stored, validity, workspace.grid.levels() - 1, workspace, &tally);
   }
-  bool has_voxel_access() const override { return true; }
+  const VoxelReader* voxels() const override { return this; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override;
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
@@ -95,21 +91,19 @@ class CsgvrcFormat final : public BrickFormat {
   BrickError decode(const StoredBrick& stored, const Validity& validity, unsigned target,
                     BrickWorkspace& workspace, SymbolTally* tally) const;
 
-  std::uint32_t brick_;
   BlockCode code_;
 };
 
-BrickError CsgvrcFormat::decode(const StoredBrick& stored, const Validity& validity,
+BrickError CsgvrcReader::decode(const StoredBrick& stored, const Validity& validity,
                                 unsigned target, BrickWorkspace& workspace,
                                 SymbolTally* tally) const {
   const Words group{stored.words.data()};
   const CsgvrcBrick brick = shaders::cvr_c_open(group, stored.member, workspace.grid.levels());
   csgvr::BlockReader reader(group, tables(), brick, tally);
-  Reconstruction reconstruction(reader, reader.labels(), workspace.grid, validity, options());
-  return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+  return rebuild(reader, reader.labels(), validity, kOptions, target, workspace);
 }
 
-BrickError CsgvrcFormat::at(const BrickLayout& layout, std::span<const Coordinate> points,
+BrickError CsgvrcReader::at(const BrickLayout& layout, std::span<const Coordinate> points,
                             unsigned level, std::span<std::uint64_t> labels) const {
   return csgvr::for_each_point(
       layout, points, level, labels,
@@ -125,7 +119,7 @@ BrickError CsgvrcFormat::at(const BrickLayout& layout, std::span<const Coordinat
       });
 }
 
-Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned threads,
+Expected<void> CsgvrcReader::describe_to_gpu(const BrickLayout& layout, unsigned threads,
                                              GpuEncoding& encoding) const {
   DistinctLabels distinct(threads);
   std::vector<std::uint32_t> labels;
@@ -153,6 +147,20 @@ Expected<void> CsgvrcFormat::describe_to_gpu(const BrickLayout& layout, unsigned
   return {};
 }
 
+class CsgvrcFormat final : public BrickFormat {
+ public:
+  explicit CsgvrcFormat(const Parameters& parameters)
+      : BrickFormat(brick_edge(parameters), kOptions, kGroupVoxels / brick_edge(parameters)) {}
+  EncoderStrategy encoder(unsigned threads, const StoredLabels&) const override {
+    return std::make_unique<CsgvrcEncoder>(threads, brick);
+  }
+  Expected<std::unique_ptr<const BrickReader>> reader(ByteReader& tables) const override {
+    return BlockCode::read(tables).map([](BlockCode&& code) -> std::unique_ptr<const BrickReader> {
+      return std::make_unique<const CsgvrcReader>(std::move(code));
+    });
+  }
+};
+
 }  // namespace
 
 const Codec& csgvr_c_codec() {
@@ -160,10 +168,8 @@ const Codec& csgvr_c_codec() {
       brick_traits("csgvr-c", "csgvr",
                    "CSGV-R with codes for blocks of eight operations, sampled pointers",
                    Granularity::kVoxel),
-      {brick_parameter()}, [](const Parameters& parameters) {
-        return std::make_unique<CsgvrcFormat>(
-            static_cast<std::uint32_t>(parameters.integer("brick")));
-      });
+      {brick_parameter()},
+      [](const Parameters& parameters) { return std::make_unique<CsgvrcFormat>(parameters); });
   return kCodec;
 }
 

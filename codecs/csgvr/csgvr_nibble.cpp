@@ -1,6 +1,9 @@
 // `csgvr-nibble`: random access without wavelet matrix and stop bits (supplemental, section 3).
 // Layout and access: shaders/shared/csgvr_nibble.glsl. Every brick codes all (8^L - 1) / 7 nodes.
 #include "codecs/csgv/brick_codec.hpp"
+#include "codecs/csgv/brick_gpu.hpp"
+#include "codecs/csgv/nibbles.hpp"
+#include "codecs/csgv/operation_encoder.hpp"
 #include "codecs/csgvr/csgvr.hpp"
 #include "codecs/csgvr/voxel_walk.hpp"
 
@@ -10,17 +13,10 @@ namespace {
 
 using namespace csgv;
 
-class CsgvrNibbleFormat final : public BrickFormat {
+constexpr OperationOptions kOptions{.stop_bits = false, .keep_outside = true, .delta = false};
+
+class CsgvrNibbleReader final : public BrickReader, public VoxelReader {
  public:
-  OperationOptions options() const override {
-    return {.stop_bits = false, .keep_outside = true, .delta = false};
-  }
-
-  void pack(const SourceBrick& brick, PackWorkspace&, std::vector<std::uint32_t>& words,
-            ByteBreakdown& bytes) const override {
-    append_nibble_brick(brick.operations, words, bytes);
-  }
-
   BrickError check(std::span<const std::uint32_t> words, std::uint32_t,
                    unsigned levels) const override {
     const std::uint64_t nibble_words = (nodes_before_level(levels) + 7) / 8;
@@ -40,9 +36,8 @@ class CsgvrNibbleFormat final : public BrickFormat {
     const unsigned levels = workspace.grid.levels();
     const std::uint32_t palette_size = words[levels];
     NibbleReader reader(words.data() + levels + 1, words.size() - levels - 1 - palette_size);
-    Reconstruction reconstruction(reader, {words.data() + words.size() - 1, palette_size},
-                                  workspace.grid, validity, options());
-    return reconstruction.run(target, workspace.active[0].data(), workspace.active[1].data());
+    const ReversedPalette palette{words.data() + words.size() - 1, palette_size};
+    return rebuild(reader, palette, validity, kOptions, target, workspace);
   }
 
   Expected<void> describe_to_gpu(const BrickLayout& layout, unsigned threads,
@@ -53,7 +48,7 @@ class CsgvrNibbleFormat final : public BrickFormat {
     return add_palettes(layout, threads, encoding);
   }
 
-  bool has_voxel_access() const override { return true; }
+  const VoxelReader* voxels() const override { return this; }
   BrickError at(const BrickLayout& layout, std::span<const Coordinate> points, unsigned level,
                 std::span<std::uint64_t> labels) const override {
     return csgvr::for_each_point(
@@ -71,6 +66,18 @@ class CsgvrNibbleFormat final : public BrickFormat {
   }
 };
 
+class CsgvrNibbleFormat final : public BrickFormat {
+ public:
+  explicit CsgvrNibbleFormat(const Parameters& parameters)
+      : BrickFormat(brick_edge(parameters), kOptions) {}
+  EncoderStrategy encoder(unsigned, const StoredLabels&) const override {
+    return std::make_unique<const OperationEncoder<NibbleAppender>>(brick, options);
+  }
+  Expected<std::unique_ptr<const BrickReader>> reader(ByteReader&) const override {
+    return std::make_unique<const CsgvrNibbleReader>();
+  }
+};
+
 }  // namespace
 
 const Codec& csgvr_nibble_codec() {
@@ -78,7 +85,8 @@ const Codec& csgvr_nibble_codec() {
       brick_traits("csgvr-nibble", "csgvr",
                    "CSGV-R without wavelet matrix: one nibble an operation, counted by a loop",
                    Granularity::kVoxel),
-      {brick_parameter()}, [](const Parameters&) { return std::make_unique<CsgvrNibbleFormat>(); });
+      {brick_parameter()},
+      [](const Parameters& parameters) { return std::make_unique<CsgvrNibbleFormat>(parameters); });
   return kCodec;
 }
 

@@ -48,7 +48,7 @@ class Samples {
 
 }  // namespace
 
-void KeptGroups::add(const csgv::LabelGrid& grid) {
+void GroupKeeper::add(const csgv::LabelGrid& grid) {
   Brick brick{
       indices_.note(grid.labels(0)[0]), blocks_.size(), 0, 0, masks_.size(), own_labels_.size()};
   keys_.clear();
@@ -68,22 +68,24 @@ void KeptGroups::add(const csgv::LabelGrid& grid) {
   bricks_.push_back(brick);
 }
 
-void KeptGroups::finish_group() {
+std::size_t GroupKeeper::keep(csgv::SourceGroup& group) {
+  while (const auto brick = group.next()) add(brick->grid);
   const Group before = groups_.empty() ? Group{} : groups_.back();
   for (const KeyCounts::Entry& entry : indices_.entries())
     dictionary_.push_back(static_cast<std::uint32_t>(entry.key));
   groups_.push_back({before.end_brick, bricks_.size(), before.end_entry, dictionary_.size()});
   indices_.clear();
+  return groups_.size() - 1;
 }
 
-void KeptGroups::count_widest(PatternCounts& patterns) const {
+void GroupKeeper::count_widest(PatternCounts& patterns) const {
   for (const auto& [key, count] : shapes_.entries()) {
     const BlockShape shape = shape_of(key);
     patterns[is_fine(key)].note(shape.operations(shape.widest_first()), count);
   }
 }
 
-void KeptGroups::choose(const PatternCounts& before, PatternCounts& chosen) {
+void GroupKeeper::choose(const PatternCounts& before, PatternCounts& chosen) {
   operations_.clear();
   for (const auto& [key, count] : shapes_.entries()) {
     operations_.push_back(most_frequent(shape_of(key), before[is_fine(key)]));
@@ -91,13 +93,13 @@ void KeptGroups::choose(const PatternCounts& before, PatternCounts& chosen) {
   }
 }
 
-void KeptGroups::encode(const BlockCode& code) {
+void GroupKeeper::encode(const BlockCode& code) {
   codes_.clear();
   for (std::size_t i = 0; i < operations_.size(); ++i)
     codes_.push_back(code.coded(operations_[i], is_fine(shapes_.entries()[i].key)));
 }
 
-GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const {
+BlockGroupWriter::Runs BlockGroupWriter::runs_of(std::size_t first, std::size_t end) const {
   Runs runs{};
   for (std::size_t i = first; i < end; ++i) {
     if ((i - first) % CVR_C_RUN == 0) runs.offsets.push_back(runs.bits);
@@ -106,7 +108,7 @@ GroupWriter::Runs GroupWriter::runs_of(std::size_t first, std::size_t end) const
   return runs;
 }
 
-void GroupWriter::write_masks(const Brick& brick) {
+void BlockGroupWriter::write_masks(const Brick& brick) {
   std::uint32_t opened = 0;
   for (std::size_t i = 0; i < brick.fine_block - brick.first_block; ++i) {
     if (i > 0 && i % CVR_C_MASKS == 0) streams_.append(opened, CVR_C_COUNT_BITS);
@@ -117,7 +119,7 @@ void GroupWriter::write_masks(const Brick& brick) {
 }
 
 /// Writes the codes of each run and then its labels, the last first; `label` moves to the next run's.
-void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& label) {
+void BlockGroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& label) {
   for (std::size_t run = first; run < end; run += CVR_C_RUN) {
     const std::size_t first_label = label;
     for (std::size_t i = run; i < std::min<std::size_t>(end, run + CVR_C_RUN); ++i) {
@@ -131,7 +133,7 @@ void GroupWriter::write_runs(std::size_t first, std::size_t end, std::size_t& la
   }
 }
 
-void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
+void BlockGroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
   const Runs coarse = runs_of(brick.first_block, brick.fine_block);
   const Runs fine = runs_of(brick.fine_block, brick.end_block);
   const std::array samples{Samples(coarse.offsets, position_bits),
@@ -166,7 +168,7 @@ void GroupWriter::write_brick(const Brick& brick, unsigned position_bits) {
 }
 
 /// The rest of the header with the table of the bricks; the bricks go to streams_.
-void GroupWriter::write_bricks(std::span<const Brick> bricks, std::size_t dictionary_size) {
+void BlockGroupWriter::write_bricks(std::span<const Brick> bricks, std::size_t dictionary_size) {
   std::uint32_t longest = 0;
   for (const Brick& brick : bricks) {
     longest = std::max({longest, runs_of(brick.first_block, brick.fine_block).bits,
@@ -191,9 +193,10 @@ void GroupWriter::write_bricks(std::span<const Brick> bricks, std::size_t dictio
   }
 }
 
-void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words,
-                        ByteBreakdown& bytes) {
-  const KeptGroups::Group& group = kept.groups_[n];
+void BlockGroupWriter::write(const csgv::KeptGroup& which, std::vector<std::uint32_t>& words,
+                             ByteBreakdown& bytes) {
+  const GroupKeeper& kept = keepers_[which.worker];
+  const GroupKeeper::Group& group = kept.groups_[which.number];
   const auto bricks =
       std::span(kept.bricks_).subspan(group.first_brick, group.end_brick - group.first_brick);
   const auto dictionary =
@@ -218,7 +221,7 @@ void GroupWriter::write(const KeptGroups& kept, std::size_t n, std::vector<std::
 }
 
 /// One word more than the bits need, since every read takes the word behind too; and 8 bytes from the last mask on.
-void GroupWriter::append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
+void BlockGroupWriter::append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes) {
   const std::size_t at = words.size();
   words.resize(at + std::max((group_.size() + 31) / 32 + 1, (masks_end_ + 56 + 31) / 32));
   for (std::size_t half = 0; half < words.size() - at; ++half) {

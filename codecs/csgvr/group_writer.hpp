@@ -5,21 +5,21 @@
 #include <span>
 #include <vector>
 
-#include "codecs/csgv/brick_format.hpp"
+#include "codecs/csgv/encoder_strategy.hpp"
 #include "codecs/csgvr/block_code.hpp"
 #include "codecs/csgvr/blocks.hpp"
 #include "codecs/succinct/bit_vector.hpp"
 
 namespace cvr::codecs::csgvr {
 
-/// What the encoder keeps of the groups that a worker has been shown, in 4 bytes a block: workspace of packing and of writing.
-class KeptGroups final : public csgv::PackWorkspace {
+/// Keeps what is needed of the groups that one worker has been shown, in 4 bytes a block. Keepers stand side by side, on
+/// lines of the cache of their own.
+class alignas(64) GroupKeeper {
  public:
-  explicit KeptGroups(std::uint32_t b) : levels_(csgv::levels_of_brick(b)), finder_(b) {}
+  explicit GroupKeeper(std::uint32_t b) : levels_(csgv::levels_of_brick(b)), finder_(b) {}
 
-  /// Takes the next brick of the group; its nodes outside the volume are filled.
-  void add(const csgv::LabelGrid& grid);
-  void finish_group();
+  /// Takes a group whose nodes outside the volume are filled; returns its number, from 0 on.
+  std::size_t keep(csgv::SourceGroup& group);
 
   // Which of its possible operations a shape is given: those that are frequent where every shape names the neighbours along
   // the axes with most matches. All workers first count the ones, then the others, then encode what they have met.
@@ -28,7 +28,7 @@ class KeptGroups final : public csgv::PackWorkspace {
   void encode(const BlockCode& code);
 
  private:
-  friend class GroupWriter;
+  friend class BlockGroupWriter;
   struct Brick {
     std::uint32_t root;  ///< dictionary index of its coarsest node
     std::size_t first_block, fine_block,
@@ -39,6 +39,8 @@ class KeptGroups final : public csgv::PackWorkspace {
   struct Group {
     std::size_t first_brick, end_brick, first_entry, end_entry;  ///< in bricks_, dictionary_
   };
+
+  void add(const csgv::LabelGrid& grid);
 
   unsigned levels_;
   BlockFinder finder_;
@@ -56,15 +58,16 @@ class KeptGroups final : public csgv::PackWorkspace {
   KeyCounts indices_;  ///< labels in the dictionary of the group that is not finished
 };
 
-/// Writes kept groups, once codes have been chosen.
-class GroupWriter final : public csgv::PackWorkspace {
+/// Writes kept groups, once their blocks have been encoded.
+class BlockGroupWriter final : public csgv::GroupWriter {
  public:
-  /// Appends the n-th group.
-  void write(const KeptGroups& kept, std::size_t n, std::vector<std::uint32_t>& words,
-             ByteBreakdown& bytes);
+  /// keepers: of each worker.
+  explicit BlockGroupWriter(std::span<const GroupKeeper> keepers) : keepers_(keepers) {}
+  void write(const csgv::KeptGroup& group, std::vector<std::uint32_t>& words,
+             ByteBreakdown& bytes) override;
 
  private:
-  using Brick = KeptGroups::Brick;
+  using Brick = GroupKeeper::Brick;
   /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first, and their bits together.
   struct Runs {
     std::vector<std::uint32_t> offsets;
@@ -82,7 +85,8 @@ class GroupWriter final : public csgv::PackWorkspace {
   void write_runs(std::size_t first, std::size_t end, std::size_t& label);
   void append_group(std::vector<std::uint32_t>& words, ByteBreakdown& bytes);
 
-  const KeptGroups* kept_ = nullptr;
+  std::span<const GroupKeeper> keepers_;
+  const GroupKeeper* kept_ = nullptr;  ///< of the group that is written
   unsigned index_bits_ = 0;
   std::uint32_t masks_end_ = 0;  ///< bit behind the last mask of the group
   succinct::BitAppender group_, streams_;

@@ -4,7 +4,8 @@
 
 #include <bit>
 
-#include "codecs/csgv/brick_format.hpp"
+#include "codecs/csgv/brick_layout.hpp"
+#include "codecs/csgv/reconstruct.hpp"
 #include "shaders/shared/shared.hpp"
 
 namespace cvr::codecs::csgvr {

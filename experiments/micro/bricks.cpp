@@ -1,8 +1,9 @@
 // The stages of one whole brick: multigrid, operations, reconstruction. Counter: voxels per second.
 #include <benchmark/benchmark.h>
 
-#include "codecs/csgv/brick_format.hpp"
+#include "codecs/csgv/brick_reader.hpp"
 #include "codecs/csgv/label_grid.hpp"
+#include "codecs/csgv/nibbles.hpp"
 #include "codecs/csgv/operations.hpp"
 #include "codecs/csgv/reconstruct.hpp"
 #include "experiments/micro/sample.hpp"

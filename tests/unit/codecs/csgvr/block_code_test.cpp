@@ -106,9 +106,7 @@ BlockCode fitted(std::span<const BlockShape> fine, std::span<const BlockShape> c
   PatternCounts counts;
   for (const BlockShape& shape : coarse) counts[0].note(widest(shape));
   for (const BlockShape& shape : fine) counts[1].note(widest(shape));
-  BlockCode code;
-  code.fit(counts);
-  return code;
+  return BlockCode(counts);
 }
 
 volumes::Buffer written(const BlockCode& code) {
@@ -155,11 +153,11 @@ TEST(BlockCode, ReadsWhatItWrites) {
   const BlockCode code = fitted(common, std::span(common).first(100));
   expect_read_back(code, common, true);
   expect_read_back(code, common, false);  // many of them by escapes
-  BlockCode again;
   const volumes::Buffer bytes = written(code);
   codecs::ByteReader in(bytes.bytes());
-  ASSERT_TRUE(again.read(in));
-  EXPECT_EQ(again.tables(), code.tables());
+  const auto again = BlockCode::read(in);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->tables(), code.tables());
 }
 
 TEST(KeyCounts, NumberKeysAloneOrManyAtOnce) {
@@ -201,8 +199,7 @@ TEST(BlockCode, RefusesTablesThatNoEncoderWrites) {
   const volumes::Buffer good = written(code);
   const auto refused = [](std::span<const std::byte> bytes) {
     codecs::ByteReader in(bytes);
-    BlockCode code;
-    return !code.read(in).has_value();
+    return !BlockCode::read(in).has_value();
   };
   for (std::size_t size = 0; size < good.size(); ++size)
     EXPECT_TRUE(refused(good.bytes().first(size))) << size << " bytes";
@@ -217,13 +214,13 @@ TEST(BlockCode, RefusesTablesThatNoEncoderWrites) {
     wrong.append(good.data(), good.size());
     wrong.data()[bit / 8] ^= std::byte{1} << (bit % 8);
     codecs::ByteReader in(wrong.bytes());
-    BlockCode other;
-    if (!other.read(in)) continue;
-    const shaders::Words tables{other.tables().data()};
+    const auto other = BlockCode::read(in);
+    if (!other) continue;
+    const shaders::Words tables{other->tables().data()};
     for (std::uint32_t i = 0; i < 2 * CVR_C_LOOKUP; ++i) {
       ASSERT_NE(cvr_c_short(tables, 0, i) & 63u, 0u) << "bit " << bit;
       const std::uint32_t place = cvr_c_short(tables, CVR_C_PLACES, i);
-      ASSERT_TRUE(place == CVR_C_NO_PLACE || CVR_C_OPERATIONS + place < other.tables().size())
+      ASSERT_TRUE(place == CVR_C_NO_PLACE || CVR_C_OPERATIONS + place < other->tables().size())
           << "bit " << bit;
     }
   }
