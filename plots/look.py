@@ -40,7 +40,7 @@ INK = "#121314"
 LETTER_POINTS = 3.7  # of a label, about
 AXIS_POINTS = 200.0  # width of a panel's axes, about
 LEGEND_LINE_INCHES = 0.132
-GOOD_AS_EXACT_DB = 100.0  # of a picture: differences are rounding alone
+GOOD_AS_EXACT_DB = 100.0  # of an image: differences are rounding alone
 
 BLUE, ORANGE, GREEN, PURPLE, RED, GREY, TEAL, PINK = (
     "#2f7fc1",

@@ -34,7 +34,7 @@ except ImportError as error:
 import codec_list
 import history
 import look
-import pictures
+import images
 import provenance
 import remarks
 import summary
@@ -119,10 +119,10 @@ def machine_part(
     machine: str, title: str, rows: list[Row], claims: list[Claim], steps: list[dict[str, Any]]
 ) -> dict[str, Any]:
     """What the page says of one machine."""
-    shown, note = pictures.collect(rows)
+    shown, note = images.collect(rows)
     found = summary.findings(rows, claims)
     failures = tables.failures(rows)
-    cells = [failures, tables.voxel_cells(rows), tables.picture_cells(rows)]
+    cells = [failures, tables.voxel_cells(rows), tables.image_cells(rows)]
     origins = [provenance.volumes_table(rows), provenance.versions_table(rows)]
     return {
         "title": title,
@@ -132,8 +132,8 @@ def machine_part(
         "stands_out": remarks.stands_out(rows),
         "failures": failures,
         "tables": [table for table in cells if table is not None],
-        "pictures": shown,
-        "pictures_note": note,
+        "images": shown,
+        "images_note": note,
         "steps": history.steps_table(steps, machine),
         "facts": provenance.facts(rows),
         "provenance_tables": [table for table in origins if table is not None],
@@ -231,7 +231,7 @@ def build_page(
         ("claims", "Claims"),
         ("tables", "Tables"),
         *((s["id"], s["name"]) for s in drawn),
-        ("pictures", "Pictures"),
+        ("images", "Images"),
         ("cells", "All cells"),
         ("history", "History"),
         ("provenance", "Provenance"),
@@ -249,7 +249,7 @@ def build_page(
         config_tables=[table for folder in folders for table in tables.config_tables(folder)],
         figure_sections=drawn,
         most_open=MOST_OPEN,
-        any_pictures=any(part["pictures"] for part in parts),
+        any_images=any(part["images"] for part in parts),
         any_steps=any(part["steps"] for part in parts),
         history_note=history_note,
         sources=provenance.sources_table(results),

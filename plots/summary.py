@@ -16,7 +16,7 @@ import estimates as e
 from claims import FAILS, HOLDS, UNCHECKED, UNDECIDED, Claim, verdict_counts
 from estimates import Estimate, spell, spell_estimate
 from figures.figure import groups, of_stage
-from figures.pictured import place
+from figures.imaged import place
 from ranking import best_by_volume, clearly_first, not_ranked, rank, standing, wins_sentence
 from rows import Row
 from tables import names
@@ -223,12 +223,12 @@ def cache_choice(rows: list[Row]) -> Finding | None:
     exact = exact_at_once(compared)
     parts, details, heads = [], [], []
     for name, read in (
-        ("held view", e.held_ms),
+        ("fixed view", e.held_ms),
         ("path from an empty cache", e.path_ms),
         ("first frame", e.first_frame_ms),
     ):
         best, told, lines = fastest_mode(compared, name, read)
-        settled = name == "held view"
+        settled = name == "fixed view"
         if best and not settled and not set(best) <= exact:
             best_exact, told_exact, _ = fastest_mode(
                 [
@@ -262,7 +262,7 @@ def cache_choice(rows: list[Row]) -> Finding | None:
         parts.append(
             "Late: "
             + ", ".join(
-                f"{mode} shows stand-ins and is exact after up to {frames} frames"
+                f"{mode} shows placeholders and converges after up to {frames} frames"
                 for mode, frames in sorted(late.items())
             )
             + "."
@@ -279,7 +279,7 @@ def cache_choice(rows: list[Row]) -> Finding | None:
 
 
 def exact_at_once(compared: list[Comparison]) -> set[str]:
-    """Modes whose pictures were exact in the first frame wherever they were drawn."""
+    """Modes whose images were exact in the first frame wherever they were drawn."""
     frames: dict[str, set[float | None]] = {}
     for one in compared:
         for mode, row in one.modes.items():

@@ -186,7 +186,7 @@ def voxel_cells(rows: list[Row]) -> Table | None:
     )
 
 
-def picture_cells(rows: list[Row]) -> Table | None:
+def image_cells(rows: list[Row]) -> Table | None:
     """A line for each cell of the stage render."""
     drawn = [row for row in rows if row.ok and row.stage == "render"]
     if not drawn:
@@ -222,21 +222,21 @@ def picture_cells(rows: list[Row]) -> Table | None:
         "settings",
         "path ms",
         "first frame ms",
-        "held ms",
-        "exact after frames",
+        "warm ms",
+        "converged after frames",
         "wrong pixels",
-        "picture PSNR dB",
+        "image PSNR dB",
         "PSNR dB after a jump",
         "device MiB",
     ]
     return Table(
-        "Every picture measured",
+        "Every image measured",
         headings,
         lines,
         3,
         [
-            "Times: device time of a frame, below each the interval of the median of its repetitions (rounds; of the held view frames) and their number n.",
-            "Picture PSNR: with this cell's levels and samples; after a jump: of the first frame.",
+            "Times: device time of a frame, below each the interval of the median of its repetitions (rounds; of the fixed view frames) and their number n.",
+            "Image PSNR: with this cell's levels and samples; after a jump: of the first frame.",
         ],
     )
 

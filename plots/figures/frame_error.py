@@ -5,7 +5,7 @@ from __future__ import annotations
 import look
 from estimates import Estimate, frame_ms
 from figures.figure import Figure, Panel, file_name, groups, of_stage, positive
-from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
+from figures.imaged import mode_label, place, place_title, short_title, software_note, swept
 from figures.scatter import Curve, draw_curves, label_curves
 from rows import Row, varying_parameters
 
@@ -44,9 +44,9 @@ def panel(where: tuple[str, str, str, str, str], kind: str, found: list[Row], na
     draw_curves(axis, curves, exact_at)
     look.log_axis(axis, "x")
     axis.set_xlabel(
-        f"ms per frame, {'held view, cache filled' if kind == 'held' else 'path from an empty cache'}"
+        f"ms per frame, {'fixed view, cache filled' if kind == 'held' else 'path from an empty cache'}"
     )
-    axis.set_ylabel("PSNR of the picture, dB")
+    axis.set_ylabel("PSNR of the image, dB")
     axis.set_title(short_title(where))
     label_curves(axis, curves, exact_at, 4)
     told = look.describe_points(
@@ -88,7 +88,7 @@ FIGURE = Figure(
     "frame-error",
     "Frames",
     "Frame time against image error",
-    "Device time of a frame against the PSNR of the picture, of labels to level bias 0 and many samples, of scalars to the original. The colour is the "
+    "Device time of a frame against the PSNR of the image, of labels to level bias 0 and many samples, of scalars to the original. The colour is the "
     "codec's, the marker the access mode's. Times with the interval of the median of their repetitions (95 % from six on, none below three). Upper left is better.",
     "No row of stage render with picture_error. configs/sweeps.yaml (labels) and configs/paper/tvq_steps.yaml (scalars) have it.",
     draw,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import look
 from estimates import Estimate
 from figures.figure import Figure, Panel, file_name, groups, of_stage
-from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
+from figures.imaged import mode_label, place, place_title, short_title, software_note, swept
 from figures.scatter import Curve, draw_curves, legend_below
 from rows import Row, finite, varying_parameters
 
@@ -83,8 +83,8 @@ FIGURE = Figure(
     "jump",
     "Frames",
     "First frames after a camera jump",
-    "Above: pixels with a wrong label, 0 where the picture is exact (the axis is linear up to 1, then logarithmic). Below: device time, one measurement "
-    "a frame, so no interval. Modes that show stand-ins have wrong pixels at first; those that decode on demand pay in time.",
+    "Above: pixels with a wrong label, 0 where the image is exact (the axis is linear up to 1, then logarithmic). Below: device time, one measurement "
+    "a frame, so no interval. Modes that show placeholders have wrong pixels at first; those that decode on demand pay in time.",
     "No row of stage render with jump_frames. configs/paper/fig8.yaml has them.",
     draw,
 )

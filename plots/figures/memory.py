@@ -5,7 +5,7 @@ from __future__ import annotations
 import look
 from estimates import Estimate, frame_ms, gpu_mib
 from figures.figure import Figure, Panel, file_name, groups, of_stage, positive
-from figures.pictured import mode_label, place, place_title, short_title, software_note, swept
+from figures.imaged import mode_label, place, place_title, short_title, software_note, swept
 from figures.scatter import Key, Point, draw_points, name_points
 from rows import Row, varying_parameters
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import look
 from estimates import Estimate, access_ns, frame_ms, rate, speed
 from figures.figure import Panel, file_name, groups, of_stage, positive
-from figures.pictured import place
+from figures.imaged import place
 from figures.scatter import Curve, draw_curves, label_curves
 from rows import Row, codec_label, varying_parameters
 
@@ -121,7 +121,7 @@ def curves_of(
 
 
 def settings(row: Row, left_out: set[str]) -> str:
-    """Everything else that a picture depends on, so that a curve never mixes two settings."""
+    """Everything else that an image depends on, so that a curve never mixes two settings."""
     if row.stage != "render":
         return ""
     names = ("scene", "shading", "size", "cache_mib", "lod_bias", "ao_samples", "step")

@@ -107,7 +107,7 @@ def label_rows(
 
 
 def drawn(dataset: str, codec: str, cache: str, ms: float, **more: Any) -> dict[str, Any]:
-    """A row of the stage render: path of 2 rounds, 4 held frames per round."""
+    """A row of the stage render: path of 2 rounds, 4 warm frames per round."""
     render = {
         "scene": "s",
         "cache": cache,
@@ -258,12 +258,12 @@ def write_codecs(folder: Path, *codecs: tuple[str, str]) -> None:
 
 
 def write_whole(folder: Path) -> Path:
-    """Rows, a table, codecs, claims and a pair of pictures; the last line is torn."""
+    """Rows, a table, codecs, claims and a pair of images; the last line is torn."""
     from PIL import Image
 
     rows = whole()
-    picture = next(one for one in rows if one["stage"] == "render")
-    picture["pictures"] = {
+    drawn = next(one for one in rows if one["stage"] == "render")
+    drawn["pictures"] = {
         "picture": "p.png",
         "difference": "d.png",
         "gain": 8.0,

@@ -76,12 +76,12 @@ class Answers(unittest.TestCase):
         found = finding(samples.whole(), "cache mode")
         self.assertEqual(
             found.headline,
-            "held view: voxel; path from an empty cache: voxel, exact in every frame",
+            "fixed view: voxel; path from an empty cache: voxel, exact in every frame",
         )
         text = " ".join(found.answer)
         self.assertIn("1/4.00 of the time without a cache", text)
         self.assertIn("Exact in the first frame from an empty cache: none, voxel.", text)
-        self.assertIn("brick shows stand-ins and is exact after up to 3 frames", text)
+        self.assertIn("brick shows placeholders and converges after up to 3 frames", text)
         self.assertIn("brick 28 % of the pixels wrong (17.5 dB)", text)
         self.assertIn("llvmpipe", found.evidence)
 
@@ -93,7 +93,7 @@ class Answers(unittest.TestCase):
         found = finding(rows, "cache mode")
         self.assertEqual(
             found.headline,
-            "held view: brick; path from an empty cache: voxel, exact in every frame",
+            "fixed view: brick; path from an empty cache: voxel, exact in every frame",
         )
         text = " ".join(found.answer)
         self.assertIn("Fastest, path from an empty cache: brick in 1 of 1", text)

@@ -1,4 +1,4 @@
-"""What figures of pictures share: how rows of the stage render are grouped and named."""
+"""What figures of images share: how rows of the stage render are grouped and named."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rows import Row, codec_label
 
 
 def place(row: Row) -> tuple[str, str, str, str, str]:
-    """What two pictures must share to be compared: volume, scene, shading, size and device."""
+    """What two images must share to be compared: volume, scene, shading, size and device."""
     size = row.get("render/size", [])
     return (
         row.volume,
@@ -36,7 +36,7 @@ def mode_label(row: Row, varying: dict[str, set[str]], sweeps: Iterable[str] = (
 
 
 def swept(rows: list[Row]) -> list[str]:
-    """Settings of pictures that take several values in these rows for some access mode (what has no
+    """Settings of images that take several values in these rows for some access mode (what has no
     cache has 0 MiB).
     """
     names = ("lod_bias", "cache_mib", "ao_samples", "step", "frames")

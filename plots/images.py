@@ -1,4 +1,4 @@
-"""Pictures that a run kept (keep_pictures): DIR/pictures/*.png, each with its difference to the
+"""Images that a run kept (keep_pictures): DIR/pictures/*.png, each with its difference to the
 reference, as data of the page.
 """
 
@@ -11,19 +11,19 @@ from pathlib import Path
 
 from PIL import Image, UnidentifiedImageError
 
-from figures.pictured import mode_label, place, place_title, swept
+from figures.imaged import mode_label, place, place_title, swept
 from rows import Row, varying_parameters
 
-EXACT_BYTES = 1_200_000  # of PNG files; above that pictures are WebP
+EXACT_BYTES = 1_200_000  # of PNG files; above that images are WebP
 WEBP_QUALITY = 86
-MOST_PICTURES = 48
+MOST_IMAGES = 48
 
 
 @dataclass
-class Picture:
+class KeptImage:
     title: str
     where: str
-    picture: str  # data URI
+    image: str  # data URI
     difference: str
     gain: float
     psnr: float | None
@@ -34,14 +34,14 @@ class Picture:
 
 
 def file_of(row: Row, which: str) -> Path | None:
-    """The file of a picture: a plain name in DIR/pictures."""
+    """The file of an image: a plain name in DIR/pictures."""
     name = row.text(f"pictures/{which}")
     path = row.folder / "pictures" / name
     return path if name and "/" not in name and path.is_file() else None
 
 
 def as_data(path: Path, exact: bool) -> tuple[str, int, int] | None:
-    """Data URI, width and height; None for a file that is no picture."""
+    """Data URI, width and height; None for a file that is no image."""
     try:
         with Image.open(path) as image:
             width, height = image.size
@@ -62,28 +62,28 @@ def as_data(path: Path, exact: bool) -> tuple[str, int, int] | None:
         return None
 
 
-def collect(rows: list[Row]) -> tuple[list[Picture], str]:
-    """Pictures of rows, equal ones of a view once, and what to say of them."""
+def collect(rows: list[Row]) -> tuple[list[KeptImage], str]:
+    """Images of rows, equal ones of a view once, and what to say of them."""
     groups: dict[tuple, list[tuple[Row, Path, Path]]] = {}
     for row in rows:
-        picture, difference = file_of(row, "picture"), file_of(row, "difference")
-        if row.ok and picture and difference:
-            groups.setdefault(
-                (place(row), picture.read_bytes(), difference.read_bytes()), []
-            ).append((row, picture, difference))
-    kept = list(groups.values())[:MOST_PICTURES]
+        image, difference = file_of(row, "picture"), file_of(row, "difference")
+        if row.ok and image and difference:
+            groups.setdefault((place(row), image.read_bytes(), difference.read_bytes()), []).append(
+                (row, image, difference)
+            )
+    kept = list(groups.values())[:MOST_IMAGES]
     exact = sum(one.stat().st_size for same in kept for one in same[0][1:]) <= EXACT_BYTES
-    pictured = [row for same in groups.values() for row, _, _ in same]
-    varying, sweeps = varying_parameters(pictured), swept(pictured)
-    pictures = []
+    imaged = [row for same in groups.values() for row, _, _ in same]
+    varying, sweeps = varying_parameters(imaged), swept(imaged)
+    images = []
     for same in kept:
-        row, picture, difference = same[0]
-        shown, changed = as_data(picture, exact), as_data(difference, exact)
+        row, image, difference = same[0]
+        shown, changed = as_data(image, exact), as_data(difference, exact)
         if shown is None or changed is None:
             continue
         title = ", ".join(dict.fromkeys(mode_label(one, varying, sweeps) for one, _, _ in same))
-        pictures.append(
-            Picture(
+        images.append(
+            KeptImage(
                 title,
                 place_title(place(row)),
                 shown[0],
@@ -93,14 +93,12 @@ def collect(rows: list[Row]) -> tuple[list[Picture], str]:
                 row.number("pictures/ssim"),
                 shown[1],
                 shown[2],
-                str(picture),
+                str(image),
             )
         )
-    note = (
-        "Pictures that are equal bit by bit are shown once." if len(pictured) > len(groups) else ""
-    )
+    note = "Images that are equal bit by bit are shown once." if len(imaged) > len(groups) else ""
     if kept and not exact:
-        note += f" Pictures are shown as WebP of quality {WEBP_QUALITY}; the exact ones are the PNG files named below each."
+        note += f" Images are shown as WebP of quality {WEBP_QUALITY}; the exact ones are the PNG files named below each."
     if len(groups) > len(kept):
-        note += f" {len(kept)} of {len(groups)} pictures are shown."
-    return pictures, note.strip()
+        note += f" {len(kept)} of {len(groups)} images are shown."
+    return images, note.strip()
