@@ -42,8 +42,8 @@ class BrickFormat {
   /// are none that an encoder writes.
   virtual Expected<std::unique_ptr<const BrickReader>> reader(ByteReader& tables) const = 0;
 
-  const std::uint32_t brick;  ///< voxels a side
-  const std::uint32_t group;  ///< bricks a side of what has one entry in the start table
+  const std::uint32_t brick;  ///< voxels per side
+  const std::uint32_t group;  ///< bricks per side of what has one entry in the start table
   const OperationOptions options;
 };
 
@@ -70,7 +70,7 @@ class BrickCodec final : public Codec {
 
 /// The parameter "brick".
 std::uint32_t brick_edge(const Parameters& parameters);
-/// "brick": 16, 32 or 64 voxels a side; 32 by default.
+/// "brick": 16, 32 or 64 voxels per side; 32 by default.
 ParameterSpec brick_parameter();
 /// "delta": whether operations may refer to older palette entries; 0 by default, as in the
 /// published evaluation.

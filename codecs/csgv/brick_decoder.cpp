@@ -299,7 +299,7 @@ ParameterSpec brick_parameter() {
           .type = ParameterType::kInteger,
           .default_value = "32",
           .choices = {16, 32, 64},
-          .description = "voxels a side of a brick"};
+          .description = "voxels per side of a brick"};
 }
 
 ParameterSpec delta_parameter() {

@@ -20,8 +20,8 @@ struct StoredBrick {
 struct BrickLayout {
   BrickLayout(const Extent& volume, std::uint32_t brick_edge, std::uint32_t group_edge);
 
-  std::uint32_t brick;  ///< voxels a side
-  std::uint32_t group;  ///< bricks a side of a group
+  std::uint32_t brick;  ///< voxels per side
+  std::uint32_t group;  ///< bricks per side of a group
   unsigned levels;
   Extent extent;                          ///< of the volume
   Extent grid;                            ///< bricks along each axis

@@ -228,7 +228,7 @@ const Codec& csgv_rans_codec() {
         .default_value = "8",
         .minimum = 1,
         .maximum = 64,
-        .description = "the tables are fitted to every n-th brick an axis (less where that leaves "
+        .description = "the tables are fitted to every n-th brick per axis (less where that leaves "
                        "under 64 bricks)"}},
       [](const Parameters& parameters) { return std::make_unique<RansFormat>(parameters); });
   return kCodec;

@@ -23,14 +23,14 @@ inline constexpr unsigned kMaxLevels = 7;  ///< b = 64
 constexpr std::uint32_t nodes_of_level(unsigned l) { return std::uint32_t{1} << (3 * l); }
 constexpr std::uint32_t nodes_before_level(unsigned l) { return (nodes_of_level(l) - 1) / 7; }
 
-/// Levels of a brick with b voxels a side.
+/// Levels of a brick with b voxels per side.
 constexpr unsigned levels_of_brick(std::uint32_t b) {
   unsigned levels = 1;
   while ((std::uint32_t{1} << (levels - 1)) < b) ++levels;
   return levels;
 }
 
-/// How much of a brick lies inside the volume: 1..b voxels an axis.
+/// How much of a brick lies inside the volume: 1..b voxels per axis.
 struct BrickExtent {
   std::uint32_t x, y, z;
   bool operator==(const BrickExtent&) const = default;
@@ -51,7 +51,7 @@ class Validity {
   std::array<BrickExtent, kMaxLevels> nodes_;
 };
 
-/// Labels of all nodes of one brick. Reused from brick to brick; one a thread.
+/// Labels of all nodes of one brick. Reused from brick to brick; one per thread.
 class LabelGrid {
  public:
   explicit LabelGrid(std::uint32_t b);

@@ -36,7 +36,7 @@ struct OperationOptions {
       delta;  ///< refer to older palette entries; the distance follows as base-8 digits, bit 3 = more follow
 };
 
-/// The operations of one brick. Reused from brick to brick; one a thread.
+/// The operations of one brick. Reused from brick to brick; one per thread.
 class OperationStream {
  public:
   explicit OperationStream(std::uint32_t b);

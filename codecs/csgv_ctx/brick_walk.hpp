@@ -11,7 +11,7 @@
 
 namespace cvr::codecs::csgv_ctx {
 
-/// Reused from brick to brick; one a thread.
+/// Reused from brick to brick; one per thread.
 class BrickWalk {
  public:
   void run(const csgv::LabelGrid& grid, const csgv::Validity& validity);

@@ -22,8 +22,8 @@ using shaders::CtxBrick;
 using shaders::CtxGroup;
 using shaders::Words;
 
-constexpr std::uint32_t kGroupVoxels = 64;      ///< voxels a side of a group, but at most
-constexpr std::uint32_t kGroupBricks = 4;       ///< so many bricks a side
+constexpr std::uint32_t kGroupVoxels = 64;      ///< voxels per side of a group, but at most
+constexpr std::uint32_t kGroupBricks = 4;       ///< so many bricks per side
 constexpr std::uint64_t kFewVoxels = 1u << 17;  ///< tables fitted to fewer would know too little
 constexpr std::uint64_t kMostVoxels = 1u
                                       << 29;  ///< more would teach nothing, and counts have 32 bits
@@ -313,7 +313,7 @@ class CtxReader final : public BrickReader, public EntropyTally {
   }
 
   CtxTables tables_;
-  std::uint32_t group_;  ///< bricks a side
+  std::uint32_t group_;  ///< bricks per side
 };
 
 BrickError CtxReader::check(std::span<const std::uint32_t> group_words, std::uint32_t bricks,
@@ -416,7 +416,7 @@ const Codec& csgv_ctx_codec() {
           .default_value = "2",
           .minimum = 1,
           .maximum = 64,
-          .description = "the tables are fitted to every n-th brick an axis (fewer where that is "
+          .description = "the tables are fitted to every n-th brick per axis (fewer where that is "
                          "over 2^29 voxels, more where it is under 2^17)"},
          {.name = "contexts",
           .type = ParameterType::kText,

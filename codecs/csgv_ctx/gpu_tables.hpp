@@ -10,7 +10,7 @@
 namespace cvr::codecs::csgv_ctx {
 
 /// Names text and constants, and adds the codes and the buffers "labels" (of the volume, ascending)
-/// and "tables". group: bricks a side of a group; label_bits: of the place of a label among all.
+/// and "tables". group: bricks per side of a group; label_bits: of the place of a label among all.
 void describe_tables(const ContextModel& model, std::span<const std::uint32_t> labels,
                      std::uint32_t group, unsigned label_bits, GpuEncoding& encoding);
 

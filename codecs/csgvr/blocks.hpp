@@ -99,7 +99,7 @@ inline std::span<const unsigned> BlockShape::other_orders() const {
   }
 }
 
-/// Finds the blocks of one brick after the other; one a thread.
+/// Finds the blocks of one brick after the other; one per thread.
 class BlockFinder {
  public:
   explicit BlockFinder(std::uint32_t b)

@@ -61,7 +61,7 @@ class WaveletReader {
   WaveletReader(Words words, const CsgvrBrick& brick) : words_(words), brick_(brick) {
     for (unsigned l = 1; l < kWaveletLevels; ++l)
       cursors_[l] = words.w[brick.z_at + kWaveletLevels + l - 1];
-    size_ = cursors_[1];  // the first wavelet level has one bit a symbol
+    size_ = cursors_[1];  // the first wavelet level has one bit per symbol
   }
   void begin_level(unsigned, bool finest) { finest_ = finest; }
   bool take(unsigned count, std::uint64_t& codes) {

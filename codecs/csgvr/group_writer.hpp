@@ -12,7 +12,7 @@
 
 namespace cvr::codecs::csgvr {
 
-/// Keeps what is needed of the groups that one worker has been shown, in 4 bytes a block. Keepers stand side by side, on
+/// Keeps what is needed of the groups that one worker has been shown, in 4 bytes per block. Keepers stand side by side, on
 /// lines of the cache of their own.
 class alignas(64) GroupKeeper {
  public:

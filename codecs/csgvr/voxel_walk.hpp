@@ -19,7 +19,7 @@ csgv::BrickError for_each_point(const csgv::BrickLayout& layout, std::span<const
   const unsigned brick_shift = layout.levels - 1;
   const unsigned node_shift = layout.levels - 1 - level;
   const std::uint64_t inside = layout.brick - 1;
-  // Groups of several bricks have a power of two a side.
+  // Groups of several bricks have a power of two per side.
   const auto group_shift = static_cast<unsigned>(std::countr_zero(layout.group));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Coordinate& p = points[i];

@@ -210,13 +210,14 @@ class ZfpCodec final : public scalar_blocks::ScalarBlocksCodec {
             .default_value = "rate",
             .names = {"rate", "accuracy"},
             .description = "blocks of block_bits, or as many bits as tolerance_log2 takes"},
-        ParameterSpec{.name = "block_bits",
-                      .type = ParameterType::kInteger,
-                      .default_value = "64",
-                      .minimum = 16,
-                      .maximum = 2048,
-                      .description =
-                          "with mode=rate: bits of a block of 64 voxels, so 64 is one bit per voxel"},
+        ParameterSpec{
+            .name = "block_bits",
+            .type = ParameterType::kInteger,
+            .default_value = "64",
+            .minimum = 16,
+            .maximum = 2048,
+            .description =
+                "with mode=rate: bits of a block of 64 voxels, so 64 is one bit per voxel"},
         ParameterSpec{
             .name = "tolerance_log2",
             .type = ParameterType::kInteger,

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -160,8 +161,8 @@ Shape<Threads> threads_shape() {
           "a number of threads or all", schema_of_either(count.schema, R"({"const": "all"})")};
 }
 
-Shape<std::vector<std::shared_ptr<const Dataset>>> datasets_shape(const Catalogue& catalogue) {
-  const auto all = list_of(dataset_shape(catalogue), "data sets");
+Shape<std::vector<std::shared_ptr<const Dataset>>> datasets_shape(const BlockContext& context) {
+  const auto all = list_of(dataset_shape(context.catalogue, context.config_path), "data sets");
   return {[read = all.read](const YamlValue& value) {
             std::vector<std::shared_ptr<const Dataset>> shared;
             for (Dataset& dataset : read(value))
@@ -175,8 +176,8 @@ Shape<std::vector<std::shared_ptr<const Dataset>>> datasets_shape(const Catalogu
 
 std::vector<Key<Block>> block_keys(const BlockContext& context) {
   std::vector<Key<Block>> keys{
-      required(key("datasets", &Block::datasets, datasets_shape(context.catalogue), "",
-                   "The volumes: names, choices and generated ones.")),
+      required(key("datasets", &Block::datasets, datasets_shape(context), "",
+                   "The volumes: names, choices, files and generated ones.")),
       required(key("codecs", &Block::codecs, codec_choices(), "", "The codecs.")),
       required(key("stages", &Block::stages, list_of(stage_shape(context.stages), "stages"), "",
                    "What is measured (`cvrbench list stages`).")),
@@ -202,6 +203,14 @@ Block read_block(const YamlValue& value, const BlockContext& context) {
 
 namespace {
 
+/// What the voxels of a data set are made from, at any scale.
+std::string voxels_of(const Dataset& dataset) {
+  std::string text = fmt::format("{} {}", dataset.file, dataset.axes);
+  if (const auto& made = dataset.generator)
+    text += fmt::format(" {} {} {}", made->kind, made->seed, made->parameters);
+  return text;
+}
+
 class CellList {
  public:
   CellList(std::string device, std::string config_path)
@@ -209,6 +218,7 @@ class CellList {
 
   void add_block(const Block& block, std::optional<double> scale) {
     for (auto dataset : block.datasets) {
+      require_own_name(*dataset);
       if (scale && dataset->generator) {
         auto scaled = std::make_shared<Dataset>(*dataset);
         scaled->scale = *scale;
@@ -227,6 +237,16 @@ class CellList {
   std::vector<Cell> take() { return std::move(cells_); }
 
  private:
+  /// Cells and lines of tables go by the names of data sets.
+  void require_own_name(const Dataset& dataset) {
+    const auto& [at, is_new] = by_name_.emplace(dataset.name, voxels_of(dataset));
+    if (is_new || at->second == voxels_of(dataset)) return;
+    throw InputError(fmt::format(
+        "{}: expected different names for different data sets, found two that are called '{}': "
+        "give one of them a 'name'",
+        config_path_, dataset.name));
+  }
+
   void add(Cell cell) {
     if (seen_.insert(cell.row_key()).second) cells_.push_back(std::move(cell));
     if (cells_.size() > kMostCells)
@@ -255,6 +275,7 @@ class CellList {
   }
 
   std::string device_, config_path_;
+  std::map<std::string, std::string> by_name_;  ///< voxels_of each name
   std::vector<Cell> cells_;
   std::set<std::string> seen_;
 };

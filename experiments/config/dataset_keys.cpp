@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "volumes/generators/generator.hpp"
+#include "volumes/io/io.hpp"
 
 namespace cvr::experiments {
 
@@ -82,10 +83,10 @@ Shape<volumes::VoxelType> type_shape() {
                "u8, u16, u32, u64, i16 or f32");
 }
 
-/// A path of a volume. One that is not absolute begins at the folder of the catalogue, unless it
-/// begins with the data folder's variable.
-Shape<std::string> file_shape(const std::string& catalogue_path) {
-  return {[catalogue_path](const YamlValue& value) {
+/// A path of a volume. One that is not absolute begins at the folder of `document`, unless it begins
+/// with the data folder's variable.
+Shape<std::string> file_shape(const std::string& document) {
+  return {[document](const YamlValue& value) {
             std::string name = value.text("the path of a volume");
             if (name.empty()) value.expected("the path of a volume");
             const bool in_data_folder = name.starts_with(kDataVariable);
@@ -95,7 +96,7 @@ Shape<std::string> file_shape(const std::string& catalogue_path) {
                                          kDataVariable));
             }
             if (in_data_folder) return name;
-            const auto folder = std::filesystem::path(catalogue_path).parent_path();
+            const auto folder = std::filesystem::path(document).parent_path();
             return (folder / name).lexically_normal().string();
           },
           "a path", std::string(kTextSchema)};
@@ -144,6 +145,21 @@ Key<Draft> dataset_key(std::string name, M Dataset::*member, const Shape<T>& sha
       std::move(fallback), std::move(sentence));
 }
 
+template <class Draft>
+Key<Draft> voxel_size_key() {
+  return dataset_key<Draft>(
+      "voxel_size", &Dataset::voxel_size,
+      exactly<3>(real_number(1e-300, kAny), "a list of three sizes [x, y, z]"), "",
+      "In voxel_unit, of a volume that says none itself.");
+}
+
+template <class Draft>
+Key<Draft> voxel_unit_key() {
+  return dataset_key<Draft>(
+      "voxel_unit", &Dataset::voxel_unit, one_text(), "",
+      "Such as nm, um or mm; without one the proportions of voxel_size alone count.");
+}
+
 struct StandIn {
   GeneratorChoice generator;
 };
@@ -187,11 +203,8 @@ std::vector<Key<DescriptionDraft>> description_keys(const std::string& catalogue
       dataset_key<D>("steps", &Dataset::time_steps, whole_number(1, UINT64_MAX), "1",
                      "Number of time steps of a series; 1 also for one step, which the file's name "
                      "chooses by a suffix [T]. [A:B] names steps A to B - 1."),
-      dataset_key<D>("voxel_size", &Dataset::voxel_size,
-                     exactly<3>(real_number(1e-300, kAny), "a list of three sizes [x, y, z]"), "",
-                     "In voxel_unit, of a volume that says none itself."),
-      text("voxel_unit", &Dataset::voxel_unit,
-           "Such as nm, um or mm; without one the proportions of voxel_size alone count."),
+      voxel_size_key<D>(),
+      voxel_unit_key<D>(),
       dataset_key<D>("labels", &Dataset::labels, whole_number(1, UINT64_MAX), "",
                      "Number of distinct labels, 0 included; label volumes only."),
       dataset_key<D>("hash", &Dataset::hash, hash_shape(), "unknown",
@@ -271,6 +284,43 @@ Dataset read_choice(const YamlValue& value, const Catalogue& catalogue) {
   return dataset;
 }
 
+/// What tables call a file: its name without folder and endings, in letters that fit into file names.
+std::string name_of_file(const std::string& path) {
+  std::string name = std::filesystem::path(file_of_volume(path)).filename().string();
+  name = name.substr(0, name.find('.', 1));
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '-';
+  }
+  return name;
+}
+
+Dataset read_file(const YamlValue& value, const std::string& config_path) {
+  FileDraft draft;
+  read_keys(value, file_keys(config_path), draft);
+  Dataset dataset = std::move(draft.dataset);
+  if (dataset.file.starts_with(kDataVariable))
+    value.reject(
+        fmt::format("expected a file by its path, found one in {}: describe such a volume "
+                    "in configs/datasets",
+                    kDataVariable));
+  if (!dataset.voxel_unit.empty() && !dataset.voxel_size)
+    value.expected("voxel_unit only beside a voxel_size");
+  try {
+    const auto source =
+        volumes::open_volume(dataset.file, {draft.kind, dataset.axes, dataset.allow_external});
+    const volumes::VolumeInfo& info = source->info();
+    dataset.kind = info.kind;
+    dataset.type = info.type;
+    dataset.time_steps = info.time_steps;
+    dataset.extent = dataset.full_extent = info.step_extent();
+  } catch (const InputError& error) {
+    value.reject(error.what());
+  }
+  if (dataset.name.empty()) dataset.name = name_of_file(dataset.file);
+  if (dataset.title.empty()) dataset.title = dataset.name;
+  return dataset;
+}
+
 Dataset read_generated(const YamlValue& value) {
   GeneratedDraft draft;
   read_keys(value, generated_keys(), draft);
@@ -312,6 +362,28 @@ std::vector<Key<ChoiceDraft>> choice_keys(const Catalogue& catalogue) {
   };
 }
 
+std::vector<Key<FileDraft>> file_keys(const std::string& config_path) {
+  using D = FileDraft;
+  return {
+      required(dataset_key<D>("file", &Dataset::file, file_shape(config_path), "",
+                              "A volume file as the readers take it, which says what it holds; a "
+                              "path that is not absolute begins at this folder.")),
+      dataset_key<D>("name", &Dataset::name, one_text("a name"), "the file's",
+                     "What tables call the volume."),
+      dataset_key<D>("title", &Dataset::title, one_text(), "the name",
+                     "One line for tables and lists."),
+      key("kind", &D::kind, kind_shape(), "as the file says",
+          "What voxels mean, of files that do not say it."),
+      dataset_key<D>("axes", &Dataset::axes, axes_shape(), "as the file says", kAxesSentence),
+      dataset_key<D>("allow_external", &Dataset::allow_external, yes_or_no(), "false",
+                     kExternalSentence),
+      voxel_size_key<D>(),
+      voxel_unit_key<D>(),
+      dataset_key<D>("bytes_per_voxel", &Dataset::bytes_per_voxel, whole_number(1, 8),
+                     "of the stored type", kBytesSentence),
+  };
+}
+
 std::vector<Key<GeneratedDraft>> generated_keys() {
   using D = GeneratedDraft;
   std::vector<Key<D>> keys{
@@ -330,19 +402,21 @@ std::vector<Key<GeneratedDraft>> generated_keys() {
   return keys;
 }
 
-Shape<Dataset> dataset_shape(const Catalogue& catalogue) {
+Shape<Dataset> dataset_shape(const Catalogue& catalogue, const std::string& config_path) {
   const auto name = described(catalogue);
-  return {[read_name = name.read, &catalogue](const YamlValue& value) {
+  return {[read_name = name.read, &catalogue, config_path](const YamlValue& value) {
             if (!value.is_map()) return read_name(value);
             for (const auto& [key, unused] : value.entries()) {
               if (key.text() == "generator") return read_generated(value);
+              if (key.text() == "file") return read_file(value, config_path);
             }
             return read_choice(value, catalogue);
           },
-          "the name of a data set, or a map that chooses or generates one",
-          schema_of_either(name.schema,
-                           schema_of_either(schema_of_map(infos_of(choice_keys(catalogue))),
-                                            schema_of_map(infos_of(generated_keys()))))};
+          "the name of a data set, or a map that chooses one, names a file or generates one",
+          schema_of_either(
+              schema_of_either(name.schema, schema_of_map(infos_of(choice_keys(catalogue)))),
+              schema_of_either(schema_of_map(infos_of(file_keys(config_path))),
+                               schema_of_map(infos_of(generated_keys()))))};
 }
 
 }  // namespace cvr::experiments

@@ -1,5 +1,5 @@
 // The keys of data sets: of a description in a catalogue (configs/datasets), and of one in the
-// matrix of a configuration, which chooses a described data set or generates its own.
+// matrix of a configuration, which chooses a described data set, names a file or generates its own.
 #pragma once
 
 #include <string>
@@ -34,6 +34,14 @@ struct ChoiceDraft {
 };
 std::vector<Key<ChoiceDraft>> choice_keys(const Catalogue& catalogue);
 
+/// A volume file without a description: it says itself what it holds.
+struct FileDraft {
+  Dataset dataset;
+  std::optional<volumes::VolumeKind> kind;
+};
+/// `config_path`: what paths of volumes are relative to.
+std::vector<Key<FileDraft>> file_keys(const std::string& config_path);
+
 /// A volume that only this configuration describes.
 struct GeneratedDraft {
   Dataset dataset;
@@ -41,8 +49,8 @@ struct GeneratedDraft {
 };
 std::vector<Key<GeneratedDraft>> generated_keys();
 
-/// An entry of `datasets` in a configuration: the name of a described one, or a map of choice_keys
-/// or generated_keys. `catalogue` outlives the shape.
-Shape<Dataset> dataset_shape(const Catalogue& catalogue);
+/// An entry of `datasets` in a configuration: the name of a described one, or a map of choice_keys,
+/// file_keys or generated_keys. Files are opened for what they hold. `catalogue` outlives the shape.
+Shape<Dataset> dataset_shape(const Catalogue& catalogue, const std::string& config_path);
 
 }  // namespace cvr::experiments

@@ -84,14 +84,6 @@ std::string hash_folder(const fs::path& path) {
   return hash.digits();
 }
 
-/// The file of "FILE.h5:/path[T]" and the like.
-std::string file_of(const std::string& volume_path) {
-  if (fs::exists(volume_path)) return volume_path;
-  const std::size_t colon = volume_path.rfind(":/");
-  if (colon != std::string::npos && colon > 0) return volume_path.substr(0, colon);
-  return volume_path.substr(0, volume_path.rfind('['));
-}
-
 std::string hash_probe(const VolumeSource& source) {
   Hash hash;
   const Extent& e = source.info().extent;
@@ -146,7 +138,7 @@ Location missing(std::string reason) {
 }
 
 Location locate_file(const Dataset& dataset, const std::string& path) {
-  const std::string file = file_of(path);
+  const std::string file = file_of_volume(path);
   if (!fs::exists(file)) {
     return missing(
         file + " is absent" +
@@ -253,6 +245,13 @@ class ExchangedSource final : public VolumeSource {
 
 }  // namespace
 
+std::string file_of_volume(const std::string& volume_path) {
+  if (fs::exists(volume_path)) return volume_path;
+  const std::size_t colon = volume_path.rfind(":/");
+  if (colon != std::string::npos && colon > 0) return volume_path.substr(0, colon);
+  return volume_path.substr(0, volume_path.rfind('['));
+}
+
 bool are_axes(const std::string& text) {
   for (const char required : {'x', 'y', 'z'}) {
     if (text.find(required) == std::string::npos) return false;
@@ -281,7 +280,7 @@ Location locate_in_order(const Dataset& dataset, const Places& places) {
   if (!path.empty() && reason.empty()) {
     // A file that is there but differs from its description is never replaced by a stand-in in
     // silence.
-    if (fs::exists(file_of(path)) || !dataset.generator) return locate_file(dataset, path);
+    if (fs::exists(file_of_volume(path)) || !dataset.generator) return locate_file(dataset, path);
   }
   if (dataset.generator) return locate_generated(dataset);
   return missing(reason);

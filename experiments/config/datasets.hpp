@@ -56,6 +56,9 @@ struct Dataset {
   volumes::Extent generated_extent() const;
 };
 
+/// The file of "FILE.h5:/path[T]" and the like.
+std::string file_of_volume(const std::string& volume_path);
+
 /// Whether a text names axes in an order: x, y and z, perhaps t and c, each once.
 bool are_axes(const std::string& text);
 inline constexpr const char* kAxesExplained =

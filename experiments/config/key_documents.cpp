@@ -29,6 +29,8 @@ std::vector<Section> sections_of(const Vocabulary& vocabulary) {
        infos_of(block_keys({kNone, vocabulary.stages, ""}))},
       {"A data set of a block, chosen", "In place of a name: a described data set, changed.",
        infos_of(choice_keys(kNone))},
+      {"A data set of a block, by its file", "In place of a name: a volume without a description.",
+       infos_of(file_keys(""))},
       {"A data set of a block, generated", "In place of a name: a volume that a generator makes.",
        infos_of(generated_keys())},
       {"A table", "An entry of `tables`; one of `columns`, `bd_psnr` and `pivot` is required.",

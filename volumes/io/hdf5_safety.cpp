@@ -249,7 +249,8 @@ std::vector<hsize_t> reopen_hdf5_dataset(Hdf5Dataset& dataset, const std::vector
     double layer = one;
     for (std::size_t axis = 0; axis < size.size(); ++axis) {
       const hsize_t chunks = (size[axis] + chunk[axis] - 1) / chunk[axis];
-      if (std::find(slow.begin(), slow.end(), static_cast<int>(axis)) == slow.end()) layer *= static_cast<double>(chunks);
+      if (std::find(slow.begin(), slow.end(), static_cast<int>(axis)) == slow.end())
+        layer *= static_cast<double>(chunks);
     }
     // One chunk must fit in any case, or each of the boxes within it would inflate it again.
     const double bytes = std::max({std::min(layer, static_cast<double>(kCacheBytes)), one, 0x1p20});

@@ -25,7 +25,7 @@ matrix:
   - datasets: [{generator: shells, extent: [8, 8, 8], name: a}, {generator: shells, extent: [8, 8, 8], name: b}]
     codecs: [{id: zfp, parameters: {block_bits: [32, 64, 128, 256]}}, {id: tvq, parameters: {rate: [300, 400, 550, 750]}}, bc4]
     stages: [encode, decode]
-  - datasets: [{generator: cells, extent: [8, 8, 8], name: a}]
+  - datasets: [{generator: cells, extent: [8, 8, 8], name: d}]
     codecs: [raw]
     stages: [render]
     scenes: [cells]
