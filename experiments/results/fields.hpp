@@ -3,7 +3,7 @@
 // made from the table. A member that is std::optional is left out of the JSON where it is empty; one
 // that is Nullable is null there.
 //
-// A struct has a table by a specialisation of fields_of(). Only the file with the tables includes
+// A struct has a table by a specialisation of table_of(). Only the file with the tables includes
 // this one.
 #pragma once
 
@@ -26,7 +26,17 @@ struct Field {
 };
 
 template <class S>
-const std::vector<Field<S>>& fields_of();
+class FieldTable;
+
+/// The table of a struct: to be specialised for each.
+template <class S>
+FieldTable<S> table_of();
+
+template <class S>
+const FieldTable<S>& fields_of() {
+  static const FieldTable<S> kFields = table_of<S>();
+  return kFields;
+}
 
 /// Throws ShapeError unless `is`.
 inline void expect(bool is, const char* what, const std::string& where) {
@@ -78,8 +88,9 @@ template <>
 struct Carrier<std::uint64_t> {
   static Row write(std::uint64_t value) { return value; }
   static void read(const Row& row, std::uint64_t& into, const std::string& where) {
-    const double value = row.is_number() ? row.get<double>() : -1;
-    expect(value >= 0 && value < 0x1p64 && value == std::floor(value), "an integer from 0", where);
+    const double value = row.is_number() ? row.get<double>() : -1;  // 5.0 is an integer as well
+    expect(row.is_number_unsigned() || (value >= 0 && value < 0x1p64 && value == std::floor(value)),
+           "an integer from 0", where);
     into = row.get<std::uint64_t>();
   }
   static Row schema() { return {{"type", "integer"}}; }

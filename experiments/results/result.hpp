@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace cvr::experiments {
@@ -22,7 +23,20 @@ using Row = nlohmann::ordered_json;
 
 /// Values by names that are free, in the order of the row.
 template <class T>
-using Named = nlohmann::ordered_map<std::string, T>;
+struct Named : std::vector<std::pair<std::string, T>> {
+  using std::vector<std::pair<std::string, T>>::vector;
+
+  /// nullptr where there is none.
+  const T* find(std::string_view name) const {
+    for (const auto& [known, value] : *this)
+      if (known == name) return &value;
+    return nullptr;
+  }
+  T& operator[](const std::string& name) {
+    if (const T* found = find(name)) return const_cast<T&>(*found);
+    return this->emplace_back(name, T()).second;
+  }
+};
 
 /// A value that is null where there is none; an optional one is left out instead.
 template <class T>
@@ -271,11 +285,14 @@ Row to_row(const Result& result);
 /// The JSON schema of a row. `render`: that of the part `render`.
 std::string row_schema(const Row& render);
 
+extern template Row to_json(const Named<double>&);
 extern template Row to_json(const Parts&);
+extern template Row to_json(const Result&);
 extern template Row to_json(const Parts::Device&);
 extern template Row to_json(const Parts::Error&);
 extern template Row to_json(const Parts::Size&);
 extern template Row to_json(const Parts::Memory&);
+extern template Row to_json(const Parts::Verification&);
 extern template Row to_json(const Provenance&);
 extern template Parts from_json(const Row&);
 extern template Result from_json(const Row&);
