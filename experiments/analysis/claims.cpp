@@ -27,7 +27,7 @@ struct Group {
 };
 
 std::vector<Group> collect_groups(const ClaimSpec& claim, const Config& config,
-                                  const std::map<std::string, Row>& latest) {
+                                  const std::map<std::string, Result>& latest) {
   std::vector<Group> groups;
   for (TableLine& line : collect_lines(Filter{claim.where}, claim.renders, config, latest)) {
     if (line.cell->codec == kMemcpy) continue;
@@ -58,10 +58,7 @@ std::string why_missing(const TableLine& line, const std::string& metric) {
   for (const auto& [stage, row] : line.rows) {
     if (row == nullptr) continue;
     ran = true;
-    const std::string status = row->value("status", "");
-    if (status != kOk)
-      return fmt::format("{} {}: {} ({})", name, stage, status,
-                         row->value("reason", "no reason given"));
+    if (!row->is_ok()) return fmt::format("{} {}: {} ({})", name, stage, row->status, row->reason);
   }
   return ran ? fmt::format("{} has no {}", name, metric) : fmt::format("{} has not been run", name);
 }
@@ -301,8 +298,8 @@ void check_claims(const Config& config) {
   }
 }
 
-std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<Row>& rows) {
-  const auto latest = latest_by(rows, "key");
+std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<Result>& rows) {
+  const auto latest = latest_by(rows, &Result::key);
   std::vector<ClaimVerdict> verdicts;
   for (const ClaimSpec& claim : config.claims) {
     std::optional<PublishedTable> published;

@@ -62,7 +62,7 @@ void check_claims(const Config& config);
 
 /// The last row of a cell counts. Throws InputError for a file of published figures that cannot be
 /// read. Points into `config`.
-std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<Row>& rows);
+std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<Result>& rows);
 
 /// A line for each claim; of several groups how many have which verdict, and the range of their
 /// figures.

@@ -12,21 +12,33 @@ std::optional<Interval> interval_of(std::span<const double> samples) {
   return Interval{statistics.interval_low, statistics.interval_high};
 }
 
-Reading timed(Reading reading, std::span<const double> samples, double factor) {
+namespace {
+
+Interval scaled(const Interval& interval, double factor) {
+  return {factor * interval.low, factor * interval.high};
+}
+
+}  // namespace
+
+Reading timed(Reading reading, std::span<const double> samples) {
   reading.timed = true;
   reading.interval = interval_of(samples);
-  if (reading.interval)
-    reading.interval = {factor * reading.interval->low, factor * reading.interval->high};
   return reading;
 }
 
-Reading of_whole(Reading reading, const Row& row) {
+Reading timed(Reading reading, const Repeated& repeated, double factor) {
+  reading.timed = true;
+  if (repeated.samples.size() >= kLeastRepetitions)
+    reading.interval = scaled({repeated.interval[0], repeated.interval[1]}, factor);
+  return reading;
+}
+
+Reading of_whole(Reading reading, const Result& result) {
   if (!reading.number) return reading;
-  const double factor = whole_over_part(row);
+  const double factor = whole_over_part(result);
   reading.number = factor * *reading.number;
   reading.text = fmt::format("{:.4g}", *reading.number);
-  if (reading.interval)
-    reading.interval = {factor * reading.interval->low, factor * reading.interval->high};
+  if (reading.interval) reading.interval = scaled(*reading.interval, factor);
   return reading;
 }
 

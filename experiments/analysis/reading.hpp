@@ -34,11 +34,14 @@ inline constexpr std::size_t kLeastRepetitions = 3;
 /// than six (statistics.hpp); none of fewer than kLeastRepetitions.
 std::optional<Interval> interval_of(std::span<const double> samples);
 
-/// The reading as a time whose repetitions are `samples`, each multiplied by `factor`.
-Reading timed(Reading reading, std::span<const double> samples, double factor = 1);
+/// The reading as a time whose repetitions are `samples`; by default it has no interval.
+Reading timed(Reading reading, std::span<const double> samples = {});
+
+/// The same by the interval that the row states, multiplied by `factor`.
+Reading timed(Reading reading, const Repeated& repeated, double factor = 1);
 
 /// The same for the whole of what the row measured a part of (whole_over_part), with four
 /// significant digits.
-Reading of_whole(Reading reading, const Row& row);
+Reading of_whole(Reading reading, const Result& result);
 
 }  // namespace cvr::experiments

@@ -18,12 +18,12 @@ inline constexpr std::string_view kEncode = "encode", kDecode = "decode",
 class StageRows {
  public:
   /// nullptr until a row is set; rows that do not exist stay nullptr.
-  const Row*& operator[](std::string_view stage) {
+  const Result*& operator[](std::string_view stage) {
     const auto found = std::ranges::find(rows_, stage, &Entry::first);
     return found == rows_.end() ? rows_.emplace_back(stage, nullptr).second : found->second;
   }
   /// nullptr where there is none.
-  const Row* find(std::string_view stage) const {
+  const Result* find(std::string_view stage) const {
     const auto found = std::ranges::find(rows_, stage, &Entry::first);
     return found == rows_.end() ? nullptr : found->second;
   }
@@ -31,7 +31,7 @@ class StageRows {
   auto end() const { return rows_.end(); }
 
  private:
-  using Entry = std::pair<std::string_view, const Row*>;
+  using Entry = std::pair<std::string_view, const Result*>;
   std::vector<Entry> rows_;
 };
 

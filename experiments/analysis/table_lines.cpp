@@ -5,7 +5,7 @@
 namespace cvr::experiments {
 
 std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Config& config,
-                                     const std::map<std::string, Row>& latest) {
+                                     const std::map<std::string, Result>& latest) {
   std::vector<TableLine> lines;
   std::map<std::string, std::size_t> by_key;
   for (const Cell& cell : config.cells) {

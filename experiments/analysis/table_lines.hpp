@@ -24,7 +24,7 @@ struct TableLine {
 /// set by data set, else in the order of the configuration. `latest`: rows by their key. Points
 /// into both.
 std::vector<TableLine> collect_lines(const Filter& where, bool renders, const Config& config,
-                                     const std::map<std::string, Row>& latest);
+                                     const std::map<std::string, Result>& latest);
 
 /// What the metrics of a line are read from.
 LineContext context_of(const TableLine& line, const std::optional<PublishedTable>& published);

@@ -21,18 +21,16 @@ struct Origins {
   std::vector<std::string> machines, devices, labels;
   bool software = false;
 
-  void add(const TableLine& line, const Row& row) {
-    if (row.contains("provenance")) add_once(machines, hardware_line(row["provenance"]));
-    if (row.contains("device")) {
-      const Row& device = row["device"];
-      add_once(devices, fmt::format("{} ({}, {})", device.value("name", "?"),
-                                    device.value("type", "?"), device.value("driver", "?")));
-      software = software || device.value("type", "") == "software";
+  void add(const TableLine& line, const Result& row) {
+    if (!row.provenance.machine.empty()) add_once(machines, hardware_line(row.provenance));
+    if (row.device) {
+      add_once(devices,
+               fmt::format("{} ({}, {})", row.device->name, row.device->type, row.device->driver));
+      software = software || row.device->type == "software";
     }
-    if (!row.contains("dataset")) return;
-    const std::string label = row["dataset"].value("label", "");
-    if (!label.empty())
-      add_once(labels, fmt::format("{} is a {} volume", line.cell->dataset->name, label));
+    if (!row.dataset.label.empty())
+      add_once(labels,
+               fmt::format("{} is a {} volume", line.cell->dataset->name, row.dataset.label));
   }
 };
 
@@ -123,11 +121,9 @@ void add_status_notes(const std::vector<TableLine>& lines, std::vector<Note>& no
         ++not_run;
         continue;
       }
-      const std::string status = row->value("status", "");
-      if (status == kOk) continue;
-      add_once(
-          reasons[fmt::format("{} {}: {}", stage, status, row->value("reason", "no reason given"))],
-          name_in_status(line, status == kDataMissing));
+      if (row->is_ok()) continue;
+      add_once(reasons[fmt::format("{} {}: {}", stage, row->status, row->reason)],
+               name_in_status(line, row->status == kDataMissing));
     }
   }
   for (const auto& [reason, who] : reasons) {

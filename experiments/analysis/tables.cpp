@@ -153,13 +153,13 @@ void fill_pivot(const TableSpec& spec, const std::vector<TableLine>& lines,
 
 }  // namespace
 
-Table make_table(const TableSpec& spec, const Config& config, const std::vector<Row>& rows) {
+Table make_table(const TableSpec& spec, const Config& config, const std::vector<Result>& rows) {
   Table table;
   table.name = spec.name;
   table.title = spec.title;
   Published published;
   if (spec.published) published = load_published(spec.published->file, spec.published->table);
-  const auto latest = latest_by(rows, "key");
+  const auto latest = latest_by(rows, &Result::key);
   const auto lines = collect_lines(Filter{spec.where}, spec.renders(), config, latest);
   for (const std::string& key : spec.rows) table.add_label(key);
   if (spec.pivot) {

@@ -11,6 +11,6 @@ namespace cvr::experiments {
 
 /// The table of a configuration from rows; the last row of a cell counts. Cells that were not run
 /// yet are named in a note. Throws InputError for a file of published figures that cannot be read.
-Table make_table(const TableSpec& spec, const Config& config, const std::vector<Row>& rows);
+Table make_table(const TableSpec& spec, const Config& config, const std::vector<Result>& rows);
 
 }  // namespace cvr::experiments

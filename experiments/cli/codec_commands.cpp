@@ -112,11 +112,11 @@ int encode(const EncodeOptions& options) {
   const auto decoder = codecs::open_decoder(*file);
   if (!decoder) fail_on_file(options.out, decoder.error());
   if (const auto recorded = (*decoder)->recorded_error())
-    report["recorded_error"] = describe_recorded(*recorded);
-  Row size = describe_size(*file, bytes.size(), options.bytes_per_voxel);
+    report["recorded_error"] = to_json(describe_recorded(*recorded));
+  Parts::Size size = describe_size(*file, bytes.size(), options.bytes_per_voxel);
   if (codec->traits().stored_compressed && options.json)
     add_rates_at_rest(bytes, source.info().bytes(), size);
-  for (const auto& [key, value] : size.items()) report[key] = value;
+  report.update(to_json(size));
   report["streamed"] = original.streamed();
   report["seconds"] = time.wall_seconds;
   report["cpu_seconds"] = time.cpu_seconds;

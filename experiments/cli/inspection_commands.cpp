@@ -65,9 +65,8 @@ void inspect(const std::string& path, const VolumeChoices& choices, bool json) {
     add_volume_facts(file.stream.info, report);
     report["levels"] = (*decoder)->levels();
     if (const auto recorded = (*decoder)->recorded_error())
-      report["recorded_error"] = describe_recorded(*recorded);
-    const Row size = describe_size(file, bytes.size(), 0);
-    for (const auto& [key, value] : size.items()) report[key] = value;
+      report["recorded_error"] = to_json(describe_recorded(*recorded));
+    report.update(to_json(describe_size(file, bytes.size(), 0)));
   }
   json ? print_json(report) : print_plain(report);
 }
@@ -223,7 +222,8 @@ int measure_error(const ErrorOptions& options) {
   report["voxels_compared"] = sink.compared();
   report["mismatches"] = sink.mismatches();
   report["exact"] = sink.mismatches() == 0;
-  if (truth->info().kind == volumes::VolumeKind::kScalars) report.update(describe_errors(sink));
+  if (truth->info().kind == volumes::VolumeKind::kScalars)
+    report.update(to_json(describe_errors(sink)));
   options.json ? print_json(report) : print_plain(report);
   return lossless && sink.mismatches() > 0 ? kExitCheckFailed : kExitOk;
 }

@@ -1,4 +1,4 @@
-// list codecs | datasets | metrics | caches | stages | devices | config
+// list codecs | datasets | metrics | caches | stages | devices | config | rows
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +7,8 @@
 #include "experiments/analysis/metrics.hpp"
 #include "experiments/cli/commands.hpp"
 #include "experiments/config/key_documents.hpp"
+#include "experiments/config/render_options.hpp"
+#include "experiments/results/result.hpp"
 #include "experiments/run/load_config.hpp"
 #include "experiments/stages/stage_kind.hpp"
 #include "gpu/caches/cache.hpp"
@@ -188,17 +190,18 @@ Row describe_codecs() {
 void add_list_command(CLI::App& app, const Environment& environment, int& exit_code) {
   auto* command = app.add_subcommand("list",
                                      "Lists codecs, data sets, metrics, access modes, stages, "
-                                     "devices or the keys of configurations");
+                                     "devices, the keys of configurations or the fields of rows");
   auto options = std::make_shared<ListOptions>();
   options->data = environment.data;
   command
       ->add_option("what", options->what,
-                   "codecs | datasets | metrics | caches | stages | devices | config")
+                   "codecs | datasets | metrics | caches | stages | devices | config | rows")
       ->required();
   command->add_option("--datasets", options->datasets, "folder of data set descriptions");
   command->add_option("--data", options->data, "folder that ${CVRBENCH_DATA} stands for");
-  command->add_flag("--json", options->json,
-                    "an array of objects on standard output; of config a JSON schema");
+  command->add_flag(
+      "--json", options->json,
+      "an array of objects on standard output; of config a JSON schema, as rows is always");
   command->callback([options, &environment, &exit_code] {
     Environment here = environment;
     here.data = options->data;
@@ -209,13 +212,15 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
     if (options->what == "caches") return list_caches(options->json);
     if (options->what == "stages") return list_stages(options->json);
     if (options->what == "config") return list_config(options->json);
+    if (options->what == "rows") return fmt::print("{}", row_schema(render_schema()));
     if (options->what == "devices") {
       exit_code = list_devices(options->json);
       return;
     }
-    throw volumes::InputError(fmt::format(
-        "list: expected codecs, datasets, metrics, caches, stages, devices or config, found '{}'",
-        options->what));
+    throw volumes::InputError(
+        fmt::format("list: expected codecs, datasets, metrics, caches, stages, devices, config or "
+                    "rows, found '{}'",
+                    options->what));
   });
 }
 

@@ -115,14 +115,14 @@ Row describe_picture(const RenderCommand& command, const gpu::Scene& scene,
                      const gpu::Device& device, const codecs::OpenedFile& file,
                      const std::vector<gpu::MemoryUse>& memory) {
   Row row;
-  row["device"] = describe_device(device);
+  row["device"] = to_json(describe_device(device));
   row["codec"] = file.codec->traits().id;
   row["extent"] = to_string(file.stream.info.extent);
   row["scene"] = scene.name;
   row["cache"] = command.access;
   row["shading"] = gpu::name_of(scene.shading);
   row["size"] = fmt::format("{}x{}", scene.width, scene.height);
-  row.update(describe_memory(memory));
+  row.update(to_json(describe_memory(memory)));
   return row;
 }
 

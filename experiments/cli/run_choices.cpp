@@ -216,12 +216,9 @@ int exit_code_of(const RunSummary& summary, const std::string& rows_path) {
                   rows_path));
 }
 
-bool any_ok(const std::vector<Row>& rows) {
-  return std::ranges::any_of(
-      rows, [](const Row& row) { return row.contains("status") && row["status"] == kOk; });
-}
+bool any_ok(const std::vector<Result>& rows) { return std::ranges::any_of(rows, &Result::is_ok); }
 
-std::vector<Row> rows_in(const std::string& folder) {
+std::vector<Result> rows_in(const std::string& folder) {
   const std::string path = (fs::path(folder) / "rows.jsonl").string();
   if (!fs::exists(path))
     throw volumes::InputError(fmt::format(

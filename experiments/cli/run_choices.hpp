@@ -45,9 +45,9 @@ void end_progress();
 /// where data is missing. `rows_path`: of the rows just written.
 int exit_code_of(const RunSummary& summary, const std::string& rows_path);
 /// Whether any row is ok.
-bool any_ok(const std::vector<Row>& rows);
+bool any_ok(const std::vector<Result>& rows);
 
 /// Throws InputError where there are none.
-std::vector<Row> rows_in(const std::string& folder);
+std::vector<Result> rows_in(const std::string& folder);
 
 }  // namespace cvr::experiments::cli

@@ -32,7 +32,7 @@ void write_text(const fs::path& path, const std::string& text) {
   write_file(path.string(), std::as_bytes(std::span(text.data(), text.size())));
 }
 
-void print_tables(const Config& config, const std::vector<Row>& rows, const std::string& out,
+void print_tables(const Config& config, const std::vector<Result>& rows, const std::string& out,
                   std::set<std::string>& names) {
   const fs::path folder = fs::path(out) / "tables";
   fs::create_directories(folder);
@@ -58,7 +58,7 @@ std::string claims_text(const Config& config, const std::vector<ClaimVerdict>& v
          render(groups_table(verdicts), TableFormat::kMarkdown);
 }
 
-void print_claims(const Config& config, const std::vector<Row>& rows, const std::string& out,
+void print_claims(const Config& config, const std::vector<Result>& rows, const std::string& out,
                   std::set<std::string>& names) {
   if (config.claims.empty()) return;
   const auto verdicts = judge_claims(config, rows);
@@ -73,16 +73,14 @@ void print_claims(const Config& config, const std::vector<Row>& rows, const std:
 
 /// Rows that are ok are kept as they are, also where they have more rounds than the configuration
 /// allows now.
-void note_longer_rows(const std::vector<Config>& configs, const std::vector<Row>& rows) {
-  const auto latest = latest_by(rows, "key");
+void note_longer_rows(const std::vector<Config>& configs, const std::vector<Result>& rows) {
+  const auto latest = latest_by(rows, &Result::key);
   for (const Config& config : configs) {
     std::size_t longer = 0;
     for (const Cell& cell : config.cells) {
       const auto row = latest.find(cell.row_key());
-      if (row == latest.end() || row->second.value("status", "") != kOk ||
-          !row->second.contains("time"))
-        continue;
-      longer += row->second["time"].value("rounds", std::uint64_t{0}) > config.max_rounds;
+      if (row != latest.end() && row->second.is_ok() && row->second.time)
+        longer += row->second.time->rounds > config.max_rounds;
     }
     if (longer == 0) continue;
     fmt::print(stderr,
@@ -258,10 +256,10 @@ int table(const Choices& choices) {
             ? fmt::format("{}: expected the key tables, found none", config.path)
             : fmt::format("{}: expected a table '{}', found none{}", config.path, choices.table,
                           volumes::did_you_mean(choices.table, names)));
-  const auto latest = latest_by(rows, "key");
+  const auto latest = latest_by(rows, &Result::key);
   const auto is_measured = [&](const Cell& cell) {
     const auto row = latest.find(cell.row_key());
-    return row != latest.end() && row->second.value("status", "") == kOk;
+    return row != latest.end() && row->second.is_ok();
   };
   if (std::ranges::any_of(config.cells, is_measured)) return kExitOk;
   return end_with_nothing(kExitCheckFailed,

@@ -32,17 +32,14 @@ struct TrackingChoices {
 };
 
 /// The floors that the rows' machine has.
-NoiseFloors floors_for(const std::string& noise, const std::vector<Row>& rows,
+NoiseFloors floors_for(const std::string& noise, const std::vector<Result>& rows,
                        Arrangement arrangement) {
-  for (const Row& row : rows) {
-    if (row.contains("provenance"))
-      return load_floors(noise, row["provenance"].value("machine", ""), arrangement);
-  }
-  return {};
+  return rows.empty() ? NoiseFloors()
+                      : load_floors(noise, rows.front().provenance.machine, arrangement);
 }
 
-int show_comparison(const TrackingChoices& c, const std::vector<Row>& base,
-                    const std::vector<Row>& fresh, Arrangement arrangement) {
+int show_comparison(const TrackingChoices& c, const std::vector<Result>& base,
+                    const std::vector<Result>& fresh, Arrangement arrangement) {
   const CompareReport report = compare_rows(
       base, fresh,
       {floors_for(c.noise, base, arrangement), arrangement == Arrangement::kInterleaved});
@@ -66,7 +63,7 @@ int compare(const TrackingChoices& c) {
 
 /// The rows of two programs, and how it went.
 struct Contest {
-  std::vector<Row> a, b;
+  std::vector<Result> a, b;
   int exit_code = kExitOk;  ///< of the cells alone
 };
 
@@ -127,7 +124,7 @@ int aa(const TrackingChoices& c, const Environment& environment) {
     return end_with_nothing(
         kExitCheckFailed,
         fmt::format("{}: no time was compared, so there are no floors to store", config.path));
-  const Row provenance = describe_machine_and_build();
+  const Provenance provenance = describe_machine_and_build();
   const InterruptWatch watch;
   store_floors(c.noise, provenance, config.path, Arrangement::kInterleaved, interleaved);
   store_floors(c.noise, provenance, config.path, Arrangement::kApart, separate);
@@ -192,7 +189,7 @@ int add_history(const TrackingChoices& c) {
   const InterruptWatch watch;
   bool any = false;
   for (const std::string& folder : c.results) {
-    const std::vector<Row> rows = rows_in(folder);
+    const std::vector<Result> rows = rows_in(folder);
     any = any || any_ok(rows);
     const Recorded recorded = record_history(c.store, rows);
     fmt::print("{}: {} figures of {} cells recorded in {}\n", volumes::printable(folder),
@@ -205,8 +202,7 @@ int add_history(const TrackingChoices& c) {
 
 int show_history(const TrackingChoices& c) {
   std::string machine = c.machine;
-  if (machine.empty() && !c.all_machines)
-    machine = describe_machine_and_build()["machine"].get<std::string>();
+  if (machine.empty() && !c.all_machines) machine = describe_machine_and_build().machine;
   const History history = read_history(c.store, machine, c.noise);
   bool worse = false;
   for (const HistoryStep& step : history.steps) {
@@ -248,9 +244,9 @@ int show_history(const TrackingChoices& c) {
 }
 
 int export_rows(const TrackingChoices& c) {
-  std::vector<Row> rows;
+  std::vector<Result> rows;
   for (const std::string& folder : c.results) {
-    for (Row& row : rows_in(folder)) rows.push_back(std::move(row));
+    for (Result& row : rows_in(folder)) rows.push_back(std::move(row));
   }
   fmt::print("{}", c.format == "csv" ? to_csv(rows) : to_google_benchmark(rows).dump(1) + "\n");
   return any_ok(rows)

@@ -48,13 +48,13 @@ void take(const Row& value, std::optional<std::uint32_t>& into) {
   into = value.get<std::uint32_t>();
 }
 
-std::string schema_of(const std::string&) { return R"({"type": "string"})"; }
-std::string schema_of(bool) { return R"({"type": "boolean"})"; }
-std::string schema_of(gpu::Shading) { return R"({"enum": ["local", "shadow", "ao"]})"; }
-std::string schema_of(double) { return R"({"type": "number"})"; }
+Row schema_of(const std::string&) { return {{"type", "string"}}; }
+Row schema_of(bool) { return {{"type", "boolean"}}; }
+Row schema_of(gpu::Shading) { return {{"enum", {"local", "shadow", "ao"}}}; }
+Row schema_of(double) { return {{"type", "number"}}; }
 template <class T>
-std::string schema_of(const T&) {
-  return R"({"type": "integer", "minimum": 0})";
+Row schema_of(const T&) {
+  return {{"type", "integer"}, {"minimum", 0}};
 }
 
 /// What tells an option from the others, but for its member.
@@ -66,6 +66,8 @@ struct Facts {
   unsigned axis = 0;
   std::string what;  ///< the values of an axis are, in errors
   std::string fallback, sentence;
+  std::string row_facts;  ///< what the schema of rows says beyond the member's type, as JSON
+  bool in_every_row = true;
 };
 
 /// How a member is carried in rows and keys.
@@ -76,6 +78,8 @@ RenderOption carried(M RenderChoice::*member, const Facts& facts) {
   option.is_label = facts.is_label;
   option.axis = facts.axis;
   option.row_schema = schema_of(M{});
+  if (!facts.row_facts.empty()) option.row_schema.update(Row::parse(facts.row_facts));
+  option.in_every_row = facts.in_every_row;
   option.text = [member](const RenderChoice& c) { return text_of(c.*member); };
   option.in_cell_key = [member, facts](const RenderChoice& c) -> std::string {
     if (facts.later && c.*member == RenderChoice{}.*member) return "";
@@ -113,8 +117,9 @@ RenderOption option(M RenderChoice::*member, const Shape<T>& shape, const Facts&
 }
 
 /// One that is told in rows alone.
-RenderOption carried_in_rows(std::string RenderChoice::*member, const std::string& name) {
-  RenderOption made = carried(member, {.name = name});
+RenderOption carried_in_rows(std::string RenderChoice::*member, const std::string& name,
+                             const std::string& row_facts = "") {
+  RenderOption made = carried(member, {.name = name, .row_facts = row_facts});
   made.in_cell_key = [](const RenderChoice&) { return std::string(); };
   return made;
 }
@@ -176,8 +181,12 @@ std::vector<std::string> access_modes(volumes::VolumeKind kind) {
 }
 
 RenderOption access_option() {
-  RenderOption made = carried(&RenderChoice::access,
-                              {.key = "caches", .name = "cache", .is_label = true, .axis = 5});
+  RenderOption made =
+      carried(&RenderChoice::access, {.key = "caches",
+                                      .name = "cache",
+                                      .is_label = true,
+                                      .axis = 5,
+                                      .row_facts = R"({"description": "id of the access mode"})"});
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& mode : gpu::all_caches()) ids.emplace_back(mode.id);
   const auto names =
@@ -203,7 +212,8 @@ RenderOption cache_mib_option() {
                               .axis = 6,
                               .what = "sizes in MiB",
                               .fallback = "256",
-                              .sentence = "MiB of the cache of the access modes that have one."});
+                              .sentence = "MiB of the cache of the access modes that have one.",
+                              .row_facts = R"({"description": "0: the mode has no cache"})"});
   made.text = [](const RenderChoice& c) {
     return c.cache_mib == 0 ? "" : std::to_string(c.cache_mib);
   };
@@ -216,7 +226,7 @@ RenderOption size_option() {
   made.name = "size";
   made.is_label = true;
   const auto sides = exactly<2>(whole_number(1, kMostSide), "two sides [WIDTH, HEIGHT]");
-  made.row_schema = sides.schema;
+  made.row_schema = Row::parse(sides.schema);
   made.key = {"size", sides.values, sides.schema, "the scene's own", "Of the image, in pixels."};
   made.text = [](const RenderChoice& c) { return fmt::format("{}x{}", c.width, c.height); };
   made.in_cell_key = [text = made.text](const RenderChoice& c) { return "|" + text(c); };
@@ -252,7 +262,9 @@ std::vector<RenderOption> make_options() {
   return {
       scene_option(),
       carried_in_rows(&C::scene_path, "scene_path"),
-      carried_in_rows(&C::scene_hash, "scene_hash"),
+      carried_in_rows(
+          &C::scene_hash, "scene_hash",
+          R"({"pattern": "^[0-9a-f]{16}$", "description": "XXH3-64 of the scene's file"})"),
       access_option(),
       option(&C::shading, shading_shape("one of local, shadow, ao"),
              {.key = "shadings",
@@ -270,7 +282,8 @@ std::vector<RenderOption> make_options() {
               .prefix = "frames=",
               .is_label = true,
               .fallback = "the scene's own",
-              .sentence = "Frames of the camera path that are drawn."}),
+              .sentence = "Frames of the camera path that are drawn.",
+              .row_facts = R"({"minimum": 1, "description": "cameras of the path"})"}),
       option(&C::lod_bias, real_number(-32, 32),
              {.key = "lod_bias",
               .name = "lod_bias",
@@ -279,7 +292,8 @@ std::vector<RenderOption> make_options() {
               .axis = 3,
               .what = "levels",
               .fallback = "the scene's own",
-              .sentence = "Added to each level of detail; positive is coarser."}),
+              .sentence = "Added to each level of detail; positive is coarser.",
+              .row_facts = R"({"description": "levels; positive is coarser"})"}),
       option(&C::ao_samples, whole_number(1, kMostSamples),
              {.key = "ao_samples",
               .name = "ao_samples",
@@ -288,13 +302,16 @@ std::vector<RenderOption> make_options() {
               .axis = 4,
               .what = "numbers of samples",
               .fallback = "1",
-              .sentence = "Frames drawn of each camera and averaged, with the shading ao."}),
+              .sentence = "Frames drawn of each camera and averaged, with the shading ao.",
+              .row_facts =
+                  R"({"minimum": 1, "description": "frames drawn of each camera and averaged"})"}),
       option(&C::brick, brick_size(),
              {.key = "brick",
               .name = "brick",
               .prefix = "brick=",
               .fallback = "32",
-              .sentence = "Brick size of codecs that have no bricks of their own."}),
+              .sentence = "Brick size of codecs that have no bricks of their own.",
+              .row_facts = R"({"description": "edge of a brick in voxels"})"}),
       option(&C::jump_frames, whole_number(1, kMostJumpFrames),
              {.key = "jump_frames",
               .name = "jump_frames",
@@ -308,7 +325,8 @@ std::vector<RenderOption> make_options() {
               .fallback = "0",
               .sentence =
                   "Warm frames: of the scene's fixed view, timed in each round after the path once "
-                  "the image is exact and the cache filled, each drawn anew as a first frame is."}),
+                  "the image is exact and the cache filled, each drawn anew as a first frame is.",
+              .row_facts = R"({"maximum": 1000})"}),
       option(&C::picture_error, zero_or_one(),
              {.key = "picture_error",
               .name = "picture_error",
@@ -326,7 +344,10 @@ std::vector<RenderOption> make_options() {
            .what = "numbers of progressive steps",
            .fallback = "the whole",
            .sentence =
-               "Progressive steps of lossy codecs that are drawn; the last of them is the whole."}),
+               "Progressive steps of lossy codecs that are drawn; the last of them is the whole.",
+           .row_facts =
+               R"({"description": "progressive step that is drawn; absent: the whole encoding"})",
+           .in_every_row = false}),
       option(&C::keep_pictures, zero_or_one(),
              {.key = "keep_pictures",
               .name = "keep_pictures",
@@ -346,15 +367,21 @@ std::vector<RenderOption> make_options() {
            .sentence =
                "Draws so many evenly spaced parts of consecutive frames of the scene's own path, "
                "`frames` together, so that a short run moves as slowly as a long one; 0 spreads "
-               "`frames` over the whole path."}),
+               "`frames` over the whole path.",
+           .row_facts =
+               R"({"description": "parts of consecutive frames; 0 or absent: spread over the path"})",
+           .in_every_row = false}),
       option(&C::count_path, zero_or_one(),
              {.key = "count_path",
               .name = "count_path",
               .prefix = "count=",
               .later = true,
               .fallback = "1",
-              .sentence = "1 draws the path once more by kernels that count."}),
-      carried_in_rows(&C::device, "device"),
+              .sentence = "1 draws the path once more by kernels that count.",
+              .row_facts = R"({"description": "false: no counters of the path; absent: true"})",
+              .in_every_row = false}),
+      carried_in_rows(&C::device, "device",
+                      R"({"description": "as asked for; empty: the renderer's choice"})"),
   };
 }
 
@@ -363,6 +390,20 @@ std::vector<RenderOption> make_options() {
 std::span<const RenderOption> render_options() {
   static const std::vector<RenderOption> kOptions = make_options();
   return kOptions;
+}
+
+Row render_schema() {
+  Row schema{{"type", "object"},
+             {"required", Row::array()},
+             {"additionalProperties", false},
+             {"properties", Row::object()},
+             {"description", "what a picture depends on besides volume and codec"}};
+  for (const RenderOption& option : render_options()) {
+    if (option.name == "scene_path") continue;  // of one machine alone
+    schema["properties"][option.name] = option.row_schema;
+    if (option.in_every_row) schema["required"].push_back(option.name);
+  }
+  return schema;
 }
 
 std::vector<std::string> render_labels() {

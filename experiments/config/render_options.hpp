@@ -26,7 +26,8 @@ struct RenderOption {
   bool is_label = false;
   bool is_needed = false;  ///< with the stage render the block must have the key
   unsigned axis = 0;       ///< above 0: several values multiply the cells, those of axis 1 slowest
-  std::string row_schema;  ///< JSON schema of the value in rows
+  Row row_schema;          ///< JSON schema of the value in rows
+  bool in_every_row = true;
 
   std::function<std::string(const RenderChoice&)> text;
   /// Its part of a cell's key; empty: none. Options that came later have none at their default, so
@@ -39,6 +40,9 @@ struct RenderOption {
 };
 
 std::span<const RenderOption> render_options();
+
+/// The JSON schema of the part `render` of a row.
+Row render_schema();
 
 /// The names that tables, filters and conditions know.
 std::vector<std::string> render_labels();

@@ -24,21 +24,19 @@ double Measured::relative_interval() const {
   return summarize(series.front().wall_seconds).relative_interval();
 }
 
-Row describe_samples(std::span<const double> samples) {
+Repeated describe_samples(std::span<const double> samples) {
   const Statistics s = summarize(samples);
-  Row row;
-  row["median"] = s.median;
-  row["mad"] = s.mad;
-  row["lower_quartile"] = s.lower_quartile;
-  row["upper_quartile"] = s.upper_quartile;
-  row["interval"] = {s.interval_low, s.interval_high};
-  row["interval_coverage"] = s.interval_coverage;
-  row["minimum"] = s.minimum;
-  row["maximum"] = s.maximum;
-  row["mean"] = s.mean;
-  row["note"] = s.note();
-  row["samples"] = std::vector<double>(samples.begin(), samples.end());
-  return row;
+  return {.median = s.median,
+          .mad = s.mad,
+          .lower_quartile = s.lower_quartile,
+          .upper_quartile = s.upper_quartile,
+          .interval = {s.interval_low, s.interval_high},
+          .interval_coverage = s.interval_coverage,
+          .minimum = s.minimum,
+          .maximum = s.maximum,
+          .mean = s.mean,
+          .note = s.note(),
+          .samples = {samples.begin(), samples.end()}};
 }
 
 }  // namespace cvr::experiments

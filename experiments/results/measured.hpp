@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/results/rows.hpp"
+#include "experiments/results/result.hpp"
 #include "experiments/results/samples.hpp"
 
 namespace cvr::experiments {
@@ -28,8 +28,6 @@ struct Measured {
   double relative_interval() const;
 };
 
-/// Median, mad, quartiles, interval and its coverage, minimum, maximum, mean, a note, and the
-/// samples themselves.
-Row describe_samples(std::span<const double> samples);
+Repeated describe_samples(std::span<const double> samples);
 
 }  // namespace cvr::experiments

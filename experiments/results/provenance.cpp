@@ -98,14 +98,15 @@ const std::vector<std::string> kCompiledFeatures{
 #endif
 };
 
-Row describe_cpu_features() {
+Provenance::CpuFeatures describe_cpu_features() {
   std::istringstream words(value_in("/proc/cpuinfo", "flags", ':') + " " +
                            value_in("/proc/cpuinfo", "Features", ':'));
   std::set<std::string> present;
   for (std::string word; words >> word;) present.insert(word);
-  Row features{{"compiled", kCompiledFeatures}, {"present", Row::array()}};
+  Provenance::CpuFeatures features;
+  features.compiled = kCompiledFeatures;
   for (const char* name : kCpuFeatures) {
-    if (present.contains(name)) features["present"].push_back(name);
+    if (present.contains(name)) features.present.emplace_back(name);
   }
   return features;
 }
@@ -147,45 +148,42 @@ std::string utc_now() {
 
 std::uint64_t available_memory() { return meminfo("MemAvailable"); }
 
-Row describe_machine_and_build() {
+Provenance describe_machine_and_build() {
   utsname system{};
   uname(&system);
-  Row p;
-  p["harness"] = build_info::kVersion;
-  p["revision"] = build_info::kRevision;
-  p["compiler"] = build_info::kCompiler;
-  p["flags"] = build_info::kFlags;
-  p["build_type"] = build_info::kBuildType;
-  p["cpu"] = or_unknown(value_in("/proc/cpuinfo", "model name", ':'));
-  p["cores"] = std::thread::hardware_concurrency();
-  p["memory_bytes"] = meminfo("MemTotal");
-  p["kernel"] = fmt::format("{} {}", system.sysname, system.release);
-  p["os"] = or_unknown(value_in("/etc/os-release", "PRETTY_NAME", '='));
-  const std::string machine =
-      fmt::format("{}|{}|{}", p["cpu"].dump(), p["cores"].dump(), p["memory_bytes"].dump());
-  p["machine"] = fmt::format("{:016x}", XXH3_64bits(machine.data(), machine.size()));
-  p["libc"] = fmt::format("glibc {}", gnu_get_libc_version());
-  p["libraries"] = codecs::library_versions();
-  p["cpu_features"] = describe_cpu_features();
-  p["governor"] = governors();
-  p["turbo"] = turbo();
-  p["huge_pages"] = huge_pages();
+  Provenance p;
+  p.harness = build_info::kVersion;
+  p.revision = build_info::kRevision;
+  p.compiler = build_info::kCompiler;
+  p.flags = build_info::kFlags;
+  p.build_type = build_info::kBuildType;
+  p.cpu = or_unknown(value_in("/proc/cpuinfo", "model name", ':'));
+  p.cores = std::thread::hardware_concurrency();
+  p.memory_bytes = meminfo("MemTotal");
+  p.kernel = fmt::format("{} {}", system.sysname, system.release);
+  p.os = or_unknown(value_in("/etc/os-release", "PRETTY_NAME", '='));
+  const std::string machine = fmt::format("{}|{}|{}", Row(p.cpu).dump(), p.cores, p.memory_bytes);
+  p.machine = fmt::format("{:016x}", XXH3_64bits(machine.data(), machine.size()));
+  p.libc = fmt::format("glibc {}", gnu_get_libc_version());
+  p.libraries.emplace();
+  for (const auto& [name, version] : codecs::library_versions()) (*p.libraries)[name] = version;
+  p.cpu_features = describe_cpu_features();
+  p.governor = governors();
+  p.turbo = turbo();
+  p.huge_pages = huge_pages();
   return p;
 }
 
-std::string what_times_depend_on(const Row& p) {
-  Row fixed = p;
-  for (const char* setting : {"governor", "turbo", "huge_pages"}) fixed.erase(setting);
-  return fixed.dump(-1, ' ', false, Row::error_handler_t::replace);
+std::string what_times_depend_on(const Provenance& p) {
+  Provenance fixed = p;
+  for (auto* setting : {&fixed.governor, &fixed.turbo, &fixed.huge_pages}) setting->reset();
+  return to_json(fixed).dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-std::string hardware_line(const Row& p) {
-  const double gib = p.value("memory_bytes", 0.0) / (1 << 30);
-  return fmt::format("{}, {} cores, {:.0f} GiB, {}, {}; {} ({}), revision {}",
-                     p.value("cpu", "unknown CPU"), p.value("cores", 0), gib,
-                     p.value("kernel", "unknown kernel"), p.value("os", "unknown system"),
-                     p.value("compiler", "unknown compiler"), p.value("flags", ""),
-                     p.value("revision", "unknown"));
+std::string hardware_line(const Provenance& p) {
+  const double gib = static_cast<double>(p.memory_bytes) / (1 << 30);
+  return fmt::format("{}, {} cores, {:.0f} GiB, {}, {}; {} ({}), revision {}", p.cpu, p.cores, gib,
+                     p.kernel, p.os, p.compiler, p.flags, p.revision);
 }
 
 }  // namespace cvr::experiments

@@ -1,21 +1,18 @@
-// Rows: the outcome of one cell each, as JSON lines in OUT/rows.jsonl
-// (results/schema/row.schema.json says what a row holds).
+// Rows: the outcome of one cell each (result.hpp), as JSON lines in OUT/rows.jsonl.
 //
 // A kill can tear the last line at most (json_lines.hpp). A cell that was done again has several
 // rows; the last one counts.
 #pragma once
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "experiments/results/json_lines.hpp"
+#include "experiments/results/result.hpp"
 
 namespace cvr::experiments {
-
-using Row = nlohmann::ordered_json;
 
 inline constexpr std::string_view kOk = "ok";
 inline constexpr std::string_view kFailed = "failed";
@@ -26,15 +23,17 @@ inline constexpr std::string_view kDataMissing = "data-missing";
 
 /// Voxels of the original over those of the volume that the row is about: above 1 where a part or a
 /// smaller volume stands for it.
-double whole_over_part(const Row& row);
+double whole_over_part(const Result& result);
 
-/// All whole rows of a file, none if it does not exist. A row has the texts cell, key and status,
-/// one of the six, and objects where results/schema has them. Throws InputError: "FILE:LINE: ..."
-/// for a line that is no row, a key that stands twice and nesting beyond volumes::kMaxJsonDepth.
-std::vector<Row> load_rows(const std::string& path);
+/// The results of all whole rows of a file, none if it does not exist. A row has the texts cell, key
+/// and status, one of the six; rows of other revisions may lack other fields and have fields that
+/// this one does not know. Throws InputError: "FILE:LINE: ..." for a line that is no row, a key that
+/// stands twice and nesting beyond volumes::kMaxJsonDepth.
+std::vector<Result> load_rows(const std::string& path);
 
-/// The last row of each value of a text field, for instance "cell" or "key".
-std::map<std::string, Row> latest_by(const std::vector<Row>& rows, const std::string& field);
+/// The last result of each cell or key.
+std::map<std::string, Result> latest_by(const std::vector<Result>& results,
+                                        std::string Result::*field);
 
 /// Whether a text is one of the six statuses.
 bool is_status(std::string_view text);
@@ -45,8 +44,8 @@ class RowWriter {
   /// InputError while another run writes to the file.
   explicit RowWriter(const std::string& path) : lines_(path) {}
   /// Throws OutputError; the rows before stay whole.
-  void append(const Row& row) {
-    lines_.append(row.dump(-1, ' ', false, Row::error_handler_t::replace));
+  void append(const Result& result) {
+    lines_.append(to_row(result).dump(-1, ' ', false, Row::error_handler_t::replace));
   }
 
  private:

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/results/rows.hpp"
+#include "experiments/results/result.hpp"
 
 namespace cvr::experiments {
 

@@ -23,14 +23,14 @@ double modelled_memory(const Cell& cell, const volumes::VolumeInfo& info,
 class MemoryForecast {
  public:
   /// `rows` must outlive it.
-  MemoryForecast(const std::vector<Row>& rows, MemoryChoices choices);
+  MemoryForecast(const std::vector<Result>& rows, MemoryChoices choices);
 
   /// Bytes.
   std::uint64_t of(const Cell& cell, const std::string& cell_id,
                    const volumes::VolumeInfo& info) const;
 
  private:
-  std::vector<const Row*> rows_;  ///< that are ok and tell their memory, the last one first
+  std::vector<const Result*> rows_;  ///< that are ok and tell their memory, the last one first
   MemoryChoices choices_;
 };
 

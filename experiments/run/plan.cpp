@@ -25,8 +25,9 @@ std::string unsupported_reason(const Cell& cell, const volumes::VolumeInfo& info
 }  // namespace
 
 std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
-                                    const Places& places, const std::vector<Row>& rows, bool redo) {
-  const auto latest = latest_by(rows, "cell");
+                                    const Places& places, const std::vector<Result>& rows,
+                                    bool redo) {
+  const auto latest = latest_by(rows, &Result::cell);
   const MemoryForecast memory(
       rows, {static_cast<std::uint64_t>(config.memory_limit_gib * (1 << 30)), config.lods});
   std::map<std::string, std::shared_ptr<const Location>> locations;
@@ -48,7 +49,7 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
       planned.reason = location->missing;
     } else if (planned.reason = unsupported_reason(cell, location->info); !planned.reason.empty()) {
       planned.decision = Decision::kUnsupported;
-    } else if (!redo && row != latest.end() && row->second.value("status", "") == kOk) {
+    } else if (!redo && row != latest.end() && row->second.is_ok()) {
       planned.decision = Decision::kDone;
     }
     if (location->present && planned.decision != Decision::kUnsupported) {
@@ -56,8 +57,8 @@ std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
           kind_of(cell).expected_seconds(cell, location->info, static_cast<double>(config.rounds));
       planned.expected_memory = memory.of(cell, planned.id, location->info);
     }
-    if (row != latest.end() && row->second.contains("elapsed_seconds")) {
-      planned.expected_seconds = row->second.value("elapsed_seconds", 0.0);
+    if (row != latest.end() && row->second.elapsed_seconds) {
+      planned.expected_seconds = *row->second.elapsed_seconds;
       planned.expected_from_rows = true;
     }
     plan.push_back(std::move(planned));

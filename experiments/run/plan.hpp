@@ -36,6 +36,7 @@ struct PlannedCell {
 ///
 /// Where no row tells, the stages' own models do (stages/stage_kind.hpp). Memory: memory_model.hpp.
 std::vector<PlannedCell> plan_cells(const Config& config, const Filter& filter,
-                                    const Places& places, const std::vector<Row>& rows, bool redo);
+                                    const Places& places, const std::vector<Result>& rows,
+                                    bool redo);
 
 }  // namespace cvr::experiments

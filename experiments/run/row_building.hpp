@@ -1,4 +1,4 @@
-// Makes the row of a cell: what it is, how it ended, what was measured.
+// Makes the result of a cell: what it is, how it ended, what was measured.
 #pragma once
 
 #include <map>
@@ -12,16 +12,17 @@
 
 namespace cvr::experiments {
 
-/// Identity, status, reason and provenance; the parts of a row that need no measurement.
-Row start_row(const PlannedCell& planned, const RawCopy& copy, const Row& provenance,
-              const std::string& config_hash, std::string_view status, const std::string& reason);
+/// Identity, status, reason and provenance: what needs no measurement.
+Result start_result(const PlannedCell& planned, const RawCopy& copy, const Provenance& provenance,
+                    const std::string& config_hash, std::string_view status,
+                    const std::string& reason);
 
-/// One line on how a cell has ended, of its row: what it is, the status, and the reason or the most
-/// important time.
-std::string describe_end(const PlannedCell& planned, const Row& row);
+/// One line on how a cell has ended: what it is, the status, and the reason or the most important
+/// time.
+std::string describe_end(const PlannedCell& planned, const Result& result);
 
-/// "time", and what the stage makes of the rounds.
+/// `time`, and what the stage makes of the rounds.
 void add_times(const PlannedCell& planned, const Measured& measured, const std::string& stop,
-               Row& row);
+               Parts& parts);
 
 }  // namespace cvr::experiments

@@ -39,7 +39,7 @@ class RunFolder {
   const std::string& path() const { return out_; }
   const std::string& scratch() const { return scratch_; }
   std::string file(const std::string& name) const;
-  void append(const Row& row) { rows_.append(row); }
+  void append(const Result& result) { rows_.append(result); }
   /// Removes what workers left there (encoded files, reference pictures, results of verification),
   /// and nothing else.
   void empty_scratch() const;

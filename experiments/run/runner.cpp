@@ -64,9 +64,7 @@ class Runner {
 
   RunSummary run() {
     auto rows = load_rows(outputs_.front().folder->file("rows.jsonl"));
-    for (const Row& row : rows)
-      last_[row["cell"].get<std::string>()] = {row["status"].get<std::string>(),
-                                               row.value("reason", "")};
+    for (const Result& row : rows) last_[row.cell] = {row.status, row.reason};
     rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(
                                                 std::min(options_.ignored_rows, rows.size())));
     const auto plan = plan_cells(config_, options_.filter, options_.places, rows, options_.redo);
@@ -90,11 +88,11 @@ class Runner {
   /// A contender's.
   struct Output {
     std::unique_ptr<RunFolder> folder;
-    Row provenance;
+    Provenance provenance;
   };
 
   /// The locks of all folders are held before anything is changed in one of them.
-  static std::vector<Output> make_outputs(const RunOptions& options, const Row& provenance) {
+  static std::vector<Output> make_outputs(const RunOptions& options, const Provenance& provenance) {
     std::vector<std::shared_ptr<const RunLock>> locks;
     for (const Contender& contender : options.contenders)
       locks.push_back(RunLock::take(contender.out));
@@ -102,7 +100,7 @@ class Runner {
     for (const Contender& contender : options.contenders) {
       outputs.push_back({std::make_unique<RunFolder>(contender.out), provenance});
       if (options.contenders.size() > 1)
-        outputs.back().provenance["revision"] = revision_of(contender.program);
+        outputs.back().provenance.revision = revision_of(contender.program);
     }
     return outputs;
   }
@@ -154,18 +152,17 @@ class Runner {
   }
 
   /// The last contender's row ends the cell.
-  void write(const PlannedCell& planned, std::size_t contender, const Row& row) {
-    outputs_[contender].folder->append(row);
-    if (contender + 1 == outputs_.size()) count(planned, row);
+  void write(const PlannedCell& planned, std::size_t contender, const Result& result) {
+    outputs_[contender].folder->append(result);
+    if (contender + 1 == outputs_.size()) count(planned, result);
   }
 
-  void count(const PlannedCell& planned, const Row& row) {
+  void count(const PlannedCell& planned, const Result& result) {
     ++ended_;
     if (planned.decision == Decision::kRun) expected_done_ += planned.expected_seconds;
-    const std::string status = row["status"].get<std::string>();
-    ++summary_.by_status[status];
-    if (status != kOk) summary_.last_reason = row.value("reason", "");
-    say(describe_end(planned, row), true);
+    ++summary_.by_status[result.status];
+    if (!result.is_ok()) summary_.last_reason = result.reason;
+    say(describe_end(planned, result), true);
   }
 
   /// A row a contender, but none where the last row of the cell says the same.
@@ -175,12 +172,12 @@ class Runner {
     const bool known = !options_.redo && last != last_.end() &&
                        last->second == std::pair(std::string(status), reason);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const Row row =
-          start_row(planned, copy_, outputs_[i].provenance, config_.hash, status, reason);
+      const Result result =
+          start_result(planned, copy_, outputs_[i].provenance, config_.hash, status, reason);
       if (!known) {
-        write(planned, i, row);
+        write(planned, i, result);
       } else if (i + 1 == outputs_.size()) {
-        count(planned, row);
+        count(planned, result);
       }
     }
     last_[planned.id] = {std::string(status), reason};
@@ -397,33 +394,32 @@ class Runner {
   void end_well(const PlannedCell& planned, Side& side, const std::string& stop) {
     side.worker->send("stop\n");
     const WorkerEnd end = side.worker->finish(kGrace);
-    write(planned, side.contender, row_of(planned, side, stop, end));
+    write(planned, side.contender, result_of(planned, side, stop, end));
   }
 
-  Row row_of(const PlannedCell& planned, const Side& side, const std::string& stop,
-             const WorkerEnd& end) const {
-    const Row& provenance = outputs_[side.contender].provenance;
+  Result result_of(const PlannedCell& planned, const Side& side, const std::string& stop,
+                   const WorkerEnd& end) const {
+    const Provenance& provenance = outputs_[side.contender].provenance;
     try {
-      Row row = start_row(planned, copy_, provenance, config_.hash, kOk, "");
-      for (const auto& [key, value] : side.parts.items()) {
-        if (row.contains(key))
-          throw std::invalid_argument(fmt::format("the part '{}' is none of a worker's", key));
-        row[key] = value;
+      Result result = start_result(planned, copy_, provenance, config_.hash, kOk, "");
+      const Row own = to_json(result);
+      for (const auto& [key, value] : own.items()) {
+        if (side.parts.contains(key))
+          throw ShapeError(fmt::format("the part '{}' is none of a worker's", key));
       }
-      add_times(planned, side.measured, stop, row);
+      static_cast<Parts&>(result) = from_json<Parts>(side.parts);
+      add_times(planned, side.measured, stop, result);
       const std::uint64_t input = copy_.path.empty() ? 0 : planned.location->info.bytes();
       const std::uint64_t peak = side.peak_bytes > 0 ? side.peak_bytes : end.peak_bytes;
-      row["memory"]["peak_bytes"] = peak;
-      row["memory"]["peak_over_input"] = peak > input ? peak - input : 0;
-      row["interleave_group"] = group_text_;
-      row["elapsed_seconds"] = side.check_seconds + side.busy_seconds;
-      return row;
-    } catch (const std::logic_error& error) {  // parts or series that are none
-      return start_row(planned, copy_, provenance, config_.hash, kFailed,
-                       fmt::format("gave answers that are none: {}", error.what()));
-    } catch (const Row::exception& error) {
-      return start_row(planned, copy_, provenance, config_.hash, kFailed,
-                       fmt::format("gave answers that are none: {}", error.what()));
+      if (!result.memory) result.memory.emplace();
+      result.memory->peak_bytes = peak;
+      result.memory->peak_over_input = peak > input ? peak - input : 0;
+      result.interleave_group = group_text_;
+      result.elapsed_seconds = side.check_seconds + side.busy_seconds;
+      return result;
+    } catch (const std::exception& error) {  // parts or series that are none
+      return start_result(planned, copy_, provenance, config_.hash, kFailed,
+                          fmt::format("gave answers that are none: {}", error.what()));
     }
   }
 
@@ -443,17 +439,17 @@ class Runner {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       const bool own = i == side.contender;
       write(*one.planned, i,
-            start_row(*one.planned, copy_, outputs_[i].provenance, config_.hash,
-                      own ? failure.status : std::string(kFailed),
-                      own ? failure.reason
-                          : fmt::format("not measured: the other program's cell has ended: {}",
-                                        failure.reason)));
+            start_result(*one.planned, copy_, outputs_[i].provenance, config_.hash,
+                         own ? failure.status : std::string(kFailed),
+                         own ? failure.reason
+                             : fmt::format("not measured: the other program's cell has ended: {}",
+                                           failure.reason)));
     }
   }
 
   const Config& config_;
   const RunOptions& options_;
-  Row provenance_;
+  Provenance provenance_;
   std::vector<Output> outputs_;  ///< one a contender
   std::map<std::string, std::pair<std::string, std::string>>
       last_;  ///< status and reason of the last row of each cell

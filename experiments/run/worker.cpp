@@ -91,10 +91,10 @@ void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers, Sta
   hooks.begin(spec);
   const std::function<void()> after_wait = hooks.after_wait(spec);
   const auto stage = make_stage_run({spec, *truth, hooks.source(spec, *truth), after_wait});
-  const Row parts = stage->prepare();
+  const Parts parts = stage->prepare();
   malloc_trim(0);  // what the check has freed is not the rounds'
   reset_peak_memory();
-  answers.send({{"event", "ready"}, {"parts", parts}});
+  answers.send({{"event", "ready"}, {"parts", to_json(parts)}});
   for (std::string line; std::getline(in, line) && line == "round";) {
     hooks.begin_round();
     std::vector<Sample> samples = stage->round();

@@ -15,14 +15,14 @@ class DecodeRun final : public StageRun {
   explicit DecodeRun(const StageInput& input)
       : spec_(input.spec), truth_(input.truth), source_(input.source) {}
 
-  Row prepare() override {
+  Parts prepare() override {
     bytes_ = obtain_encoded(spec_, source_);
-    Row parts;
+    Parts parts;
     verify(bytes_.bytes(), truth_, spec_.threads, parts);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
-    parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
+    parts.size = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
     destination_.emplace(truth_.info(), spec_.memory_limit / 2);
-    parts["destination"] = destination_->whole() ? "whole volume" : "one slab";
+    parts.destination = destination_->whole() ? "whole volume" : "one slab";
     return parts;
   }
 

@@ -21,7 +21,7 @@ class EncodeRun final : public StageRun {
         codecs::Parameters::parse(codec_.parameters(), codecs::split_canonical(spec_.parameters)));
   }
 
-  Row prepare() override {
+  Parts prepare() override {
     // One thread against as many as the cell or the machine has, at least two.
     const unsigned other =
         spec_.threads > 1 ? 1 : std::max(2u, std::thread::hardware_concurrency());
@@ -35,18 +35,18 @@ class EncodeRun final : public StageRun {
       }
     }
     const auto bytes = encoded.bytes.bytes();
-    Row parts;
+    Parts parts;
     verify(bytes, truth_, spec_.threads, parts);
-    parts["verification"]["same_bytes_with_threads"] = {std::min(spec_.threads, other),
-                                                        std::max(spec_.threads, other)};
+    parts.verification->same_bytes_with_threads = {std::min(spec_.threads, other),
+                                                   std::max(spec_.threads, other)};
     const auto file = checked(codecs::open_file(bytes));
-    parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
+    parts.size = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
     if (const auto entropy =
             checked(checked(codecs::open_decoder(file))->entropy_bytes(spec_.threads))) {
-      parts["size"]["entropy_bytes"] = *entropy;
+      parts.size->entropy_bytes = *entropy;
     }
     if (codec_.traits().stored_compressed)
-      add_rates_at_rest(bytes, truth_.info().bytes(), parts["size"]);
+      add_rates_at_rest(bytes, truth_.info().bytes(), *parts.size);
     leave_in_scratch(spec_, bytes);
     return parts;
   }

@@ -78,21 +78,21 @@ void require_kept(std::string_view name, double recorded, double found) {
                                           name, recorded, found));
 }
 
-Row describe_steps(const codecs::ProgressiveAccess& access, std::uint64_t header_bytes,
-                   const volumes::VolumeSource& truth, unsigned threads) {
-  Row steps = Row::array();
+std::vector<Parts::Step> describe_steps(const codecs::ProgressiveAccess& access,
+                                        std::uint64_t header_bytes,
+                                        const volumes::VolumeSource& truth, unsigned threads) {
+  std::vector<Parts::Step> steps;
   for (unsigned step = 0; step < access.steps(); ++step) {
     volumes::ErrorSink sink(truth, threads);
     checked(access.decode_step(step, threads, sink));
     const std::uint64_t bytes = header_bytes + access.step_bytes(step);
-    Row row;
-    row["name"] = access.step_name(step);
-    row["bytes"] = bytes;
-    row["bits_per_voxel"] =
-        8.0 * static_cast<double>(bytes) / static_cast<double>(truth.info().extent.voxels());
-    row["psnr_db"] = finite_or_null(sink.psnr());
-    row["largest_error"] = finite_or_null(sink.largest_error());
-    steps.push_back(std::move(row));
+    steps.push_back({.name = std::string(access.step_name(step)),
+                     .bytes = bytes,
+                     .bits_per_voxel = 8.0 * static_cast<double>(bytes) /
+                                       static_cast<double>(truth.info().extent.voxels()),
+                     .psnr_db = finite_or_null(sink.psnr()),
+                     .largest_error = finite_or_null(sink.largest_error()),
+                     .seconds = {}});
   }
   return steps;
 }
@@ -109,9 +109,9 @@ std::uint64_t gpu_bytes(const codecs::Decoder& decoder) {
 }
 
 /// Checksums of the parts of the file that `file` views.
-Row checksums(const codecs::OpenedFile& file, const codecs::Decoder& decoder) {
+Named<std::string> checksums(const codecs::OpenedFile& file, const codecs::Decoder& decoder) {
   const std::byte* begin = file.stream.payload.data() - file.header_bytes;
-  Row sums;
+  Named<std::string> sums;
   for (const codecs::Section& section : codecs::sections_of(file, decoder))
     sums[section.name] =
         fmt::format("{:016x}", XXH3_64bits(begin + section.begin, section.end - section.begin));
@@ -124,8 +124,8 @@ double percent(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
-Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
-                  std::uint32_t bytes_per_voxel) {
+Parts::Size describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
+                          std::uint32_t bytes_per_voxel) {
   const volumes::VolumeInfo& info = file.stream.info;
   const std::uint64_t voxels = info.extent.voxels();
   const std::uint64_t accounted = bytes_per_voxel == 0 ? size_of(info.type) : bytes_per_voxel;
@@ -133,36 +133,38 @@ Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
     throw StageFailure(kFailed, fmt::format("the breakdown sums to {} bytes, the file has {}",
                                             file.breakdown.total(), file_bytes));
   }
-  Row size;
-  size["bytes"] = file_bytes;
-  size["published_bytes"] = file.published_bytes;
-  size["rate"] = percent(file_bytes, info.bytes());
-  size["published_rate"] = percent(file.published_bytes, voxels * accounted);
-  size["published_bytes_per_voxel"] = accounted;
-  size["bits_per_voxel"] = 8.0 * static_cast<double>(file_bytes) / static_cast<double>(voxels);
+  Parts::Size size;
+  size.bytes = file_bytes;
+  size.published_bytes = file.published_bytes;
+  size.rate = percent(file_bytes, info.bytes());
+  size.published_rate = percent(file.published_bytes, voxels * accounted);
+  size.published_bytes_per_voxel = accounted;
+  size.bits_per_voxel = 8.0 * static_cast<double>(file_bytes) / static_cast<double>(voxels);
   const auto decoder = checked(codecs::open_decoder(file));
   if (const auto& traits = file.codec->traits(); !traits.lossless && traits.gpu_scalars) {
     if (const std::uint64_t bytes = gpu_bytes(*decoder); bytes > 0) {
-      size["gpu_bytes"] = bytes;
-      size["gpu_bits_per_voxel"] = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);
+      size.gpu_bytes = bytes;
+      size.gpu_bits_per_voxel = 8.0 * static_cast<double>(bytes) / static_cast<double>(voxels);
     }
   }
   const auto promised = file.codec->promised_error(file.stream.parameters);
   if (const auto recorded = decoder->recorded_error(); promised && recorded) {
-    size["bound"] = *promised;
-    size["bound_kept"] = recorded->largest <= *promised;
+    size.bound = *promised;
+    size.bound_kept = recorded->largest <= *promised;
   }
+  auto& breakdown = size.breakdown.emplace();
   for (std::size_t i = 0; i < codecs::kByteClasses; ++i) {
     const auto byte_class = static_cast<codecs::ByteClass>(i);
-    size["breakdown"][std::string(name_of(byte_class))] = file.breakdown[byte_class];
+    breakdown[std::string(name_of(byte_class))] = file.breakdown[byte_class];
   }
-  size["checksums"] = checksums(file, *decoder);
+  size.checksums = checksums(file, *decoder);
   return size;
 }
 
-void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes, Row& size) {
-  size["rate_gzip"] = percent(gzip_size(file), original_bytes);
-  size["rate_xz"] = percent(xz_size(file), original_bytes);
+void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes,
+                       Parts::Size& size) {
+  size.rate_gzip = percent(gzip_size(file), original_bytes);
+  size.rate_xz = percent(xz_size(file), original_bytes);
 }
 
 void keep_in_scratch(const std::filesystem::path& path, std::string_view content) {
@@ -199,21 +201,19 @@ codecs::Buffer obtain_encoded(const WorkerSpec& spec, const volumes::VolumeSourc
   return std::move(encoded.bytes);
 }
 
-Row describe_recorded(const codecs::RecordedError& recorded) {
-  Row row;
-  row["largest_error"] = recorded.largest;
-  row["mean_squared_error"] = recorded.mean_squared;
-  return row;
+Named<double> describe_recorded(const codecs::RecordedError& recorded) {
+  return {{"largest_error", recorded.largest}, {"mean_squared_error", recorded.mean_squared}};
 }
 
 void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth, unsigned threads,
-            Row& parts) {
+            Parts& parts) {
   const auto file = checked(codecs::open_file(bytes));
   const auto decoder = checked(codecs::open_decoder(file));
   const std::uint64_t voxels = truth.info().extent.voxels();
   const auto report = [&](std::uint64_t compared, std::uint64_t mismatches) {
-    parts["verification"]["voxels_compared"] = compared;
-    parts["verification"]["mismatches"] = mismatches;
+    parts.verification.emplace();
+    parts.verification->voxels_compared = compared;
+    parts.verification->mismatches = mismatches;
     if (compared != voxels)
       throw StageFailure(kFailed,
                          fmt::format("decoding delivered {} of {} voxels", compared, voxels));
@@ -229,18 +229,18 @@ void verify(std::span<const std::byte> bytes, const volumes::VolumeSource& truth
   volumes::ErrorSink sink(truth, threads);
   checked(decoder->decode(0, threads, sink));
   report(sink.compared(), sink.mismatches());
-  parts["error"] = describe_errors(sink);
+  parts.error = describe_errors(sink);
   const auto recorded = decoder->recorded_error();
   if (!recorded) throw StageFailure(kFailed, "the codec is lossy, and its file records no error");
-  parts["error"]["recorded"] = describe_recorded(*recorded);
+  parts.error->recorded = describe_recorded(*recorded);
   require_kept("largest error", recorded->largest, sink.largest_error());
   require_kept("mean squared error", recorded->mean_squared, sink.mean_squared_error());
   if (const auto* access = decoder->progressive_access())
-    parts["steps"] = describe_steps(*access, file.header_bytes, truth, threads);
+    parts.steps = describe_steps(*access, file.header_bytes, truth, threads);
 }
 
 void verify_once(const WorkerSpec& spec, std::span<const std::byte> bytes,
-                 const volumes::VolumeSource& truth, Row& parts) {
+                 const volumes::VolumeSource& truth, Parts& parts) {
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
   if (spec.scratch.empty()) return verify(bytes, truth, cores, parts);
   const auto path = std::filesystem::path(spec.scratch) /
@@ -249,11 +249,15 @@ void verify_once(const WorkerSpec& spec, std::span<const std::byte> bytes,
   Row found;
   if (std::ifstream in(path); in) found = Row::parse(in, nullptr, false);
   if (!found.is_object()) {
-    found = Row::object();
-    verify(bytes, truth, cores, found);
+    Parts verified;
+    verify(bytes, truth, cores, verified);
+    found = to_json(verified);
     keep_in_scratch(path, found.dump());
   }
-  parts.update(found);
+  const auto known = from_json<Parts>(found);
+  parts.verification = known.verification;
+  parts.error = known.error;
+  parts.steps = known.steps;
 }
 
 }  // namespace cvr::experiments

@@ -14,11 +14,12 @@ namespace cvr::experiments {
 /// bits_per_voxel; breakdown; of lossy codecs that a GPU decodes gpu_bytes and gpu_bits_per_voxel;
 /// where the parameters promise an error the bound, and bound_kept, whether the encoder kept it.
 /// Throws StageFailure if the breakdown does not sum.
-Row describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
-                  std::uint32_t bytes_per_voxel);
+Parts::Size describe_size(const codecs::OpenedFile& file, std::uint64_t file_bytes,
+                          std::uint32_t bytes_per_voxel);
 
 /// Adds rate_gzip and rate_xz: the file through gzip -6 and xz -6.
-void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes, Row& size);
+void add_rates_at_rest(std::span<const std::byte> file, std::uint64_t original_bytes,
+                       Parts::Size& size);
 
 /// Reads the encoded file that an earlier stage of this run left in the scratch folder, or encodes
 /// on all cores and leaves it.
@@ -33,14 +34,14 @@ void keep_in_scratch(const std::filesystem::path& path, std::string_view content
 /// progressive decoder. Throws StageFailure when a lossless codec's voxels differ, or a lossy
 /// codec's errors are not those that it recorded.
 void verify(std::span<const std::byte> file, const volumes::VolumeSource& truth, unsigned threads,
-            Row& parts);
+            Parts& parts);
 
 /// The same on all cores, once a run for the same bytes of the same volume: what it has found is
 /// left in the scratch folder. For stages whose cells share encodings.
 void verify_once(const WorkerSpec& spec, std::span<const std::byte> file,
-                 const volumes::VolumeSource& truth, Row& parts);
+                 const volumes::VolumeSource& truth, Parts& parts);
 
 /// {largest_error, mean_squared_error}.
-Row describe_recorded(const codecs::RecordedError& recorded);
+Named<double> describe_recorded(const codecs::RecordedError& recorded);
 
 }  // namespace cvr::experiments

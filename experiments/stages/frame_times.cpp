@@ -26,73 +26,70 @@ double mean_of(std::span<const double> values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// Statistics of ascending milliseconds.
-Row describe_ms(std::span<const double> ms) {
-  return {{"min_ms", ms.front()},           {"mean_ms", mean_of(ms)},
-          {"median_ms", quantile(ms, 0.5)}, {"p95_ms", quantile(ms, 0.95)},
-          {"p99_ms", quantile(ms, 0.99)},   {"max_ms", ms.back()}};
+/// Of ascending milliseconds.
+Parts::Spread describe_ms(std::span<const double> ms) {
+  return {.min_ms = ms.front(),
+          .mean_ms = mean_of(ms),
+          .median_ms = quantile(ms, 0.5),
+          .p95_ms = quantile(ms, 0.95),
+          .p99_ms = quantile(ms, 0.99),
+          .max_ms = ms.back()};
 }
 
-Row describe_incomplete(std::span<const std::uint64_t> counts) {
+Parts::Incomplete describe_incomplete(std::span<const std::uint64_t> counts) {
   std::vector<double> ascending(counts.begin(), counts.end());
   std::ranges::sort(ascending);
-  return {{"first", counts.front()},
-          {"median", quantile(ascending, 0.5)},
-          {"largest", ascending.back()}};
+  return {counts.front(), quantile(ascending, 0.5), ascending.back()};
 }
 
-/// What the frames of the path and those of the held view have in common; null without frames.
-/// `passes` begins their passes' series.
-Row describe_series(const Measured& measured, const std::string& name, const std::string& passes) {
+/// What the frames of the path and those of the held view have in common, into `times`; false
+/// without frames. `passes` begins their passes' series.
+bool describe_series(const Measured& measured, const std::string& name, const std::string& passes,
+                     Parts::FrameTimes& times) {
   const auto frames = std::ranges::find(measured.series, name, &Measured::Series::name);
-  if (frames == measured.series.end()) return nullptr;
+  if (frames == measured.series.end()) return false;
   const std::span<const double> all = frames->wall_seconds;
   const std::size_t count = all.size() / measured.rounds;
   const std::size_t warm = measured.rounds > 1 ? count : 0;  // where the later rounds begin
-  const auto ms = ascending_ms(all.subspan(warm));
-  Row row;
-  row["count"] = count;
-  row["rounds"] = measured.rounds;
-  row.update(describe_ms(ms));
-  const auto wall = ascending_ms(std::span(frames->cpu_seconds).subspan(warm));
-  row["wall"] = describe_ms(wall);
+  static_cast<Parts::Spread&>(times) = describe_ms(ascending_ms(all.subspan(warm)));
+  times.count = count;
+  times.rounds = measured.rounds;
+  times.wall = describe_ms(ascending_ms(std::span(frames->cpu_seconds).subspan(warm)));
   for (const Measured::Series& series : measured.series) {
     if (!series.name.starts_with(passes)) continue;
     const std::size_t later = std::min(warm, series.wall_seconds.size());
     const auto pass = ascending_ms(std::span(series.wall_seconds).subspan(later));
     if (pass.empty()) continue;
-    row["passes"][series.name.substr(passes.size())] = {{"median_ms", quantile(pass, 0.5)},
-                                                        {"mean_ms", mean_of(pass)}};
+    if (!times.passes) times.passes.emplace();
+    (*times.passes)[series.name.substr(passes.size())] = {quantile(pass, 0.5), mean_of(pass)};
   }
-  row["host_median_ms"] = row["wall"]["median_ms"];
-  row["incomplete"] = describe_incomplete(frames->counts);
-  row["ms"] = Row::array();
+  times.host_median_ms = times.wall->median_ms;
+  times.incomplete = describe_incomplete(frames->counts);
   for (std::size_t at = 0; at < all.size(); at += count) {
-    Row round = Row::array();
+    auto& round = times.ms.emplace_back();
     for (const double s : all.subspan(at, count)) round.push_back(kMs * s);
-    row["ms"].push_back(std::move(round));
   }
-  return row;
+  return true;
 }
 
 }  // namespace
 
-Row describe_frames(const Measured& measured) {
-  Row row = describe_series(measured, "frame", "pass/");
+std::optional<Parts::Frames> describe_frames(const Measured& measured) {
+  Parts::Frames frames;
+  if (!describe_series(measured, "frame", "pass/", frames)) return std::nullopt;
   std::vector<double> first_of_round;
-  for (const Row& round : row["ms"]) first_of_round.push_back(round[0].get<double>());
+  for (const auto& round : frames.ms) first_of_round.push_back(round.front());
   std::ranges::sort(first_of_round);
-  const auto first_round = row["ms"][0].get<std::vector<double>>();
-  row["first_round_mean_ms"] = mean_of(first_round);
-  row["first_frame_ms"] = quantile(first_of_round, 0.5);
-  row["first"] = Row::array();
-  for (const double ms : std::span(first_round).first(std::min(first_round.size(), kFirstFrames)))
-    row["first"].push_back(ms);
-  return row;
+  const std::vector<double>& first = frames.ms.front();
+  frames.first_round_mean_ms = mean_of(first);
+  frames.first_frame_ms = quantile(first_of_round, 0.5);
+  frames.first.assign(first.begin(), first.begin() + static_cast<std::ptrdiff_t>(
+                                                         std::min(first.size(), kFirstFrames)));
+  return frames;
 }
 
-Row describe_held_frames(const Measured& measured) {
-  return describe_series(measured, "held", "held-pass/");
+bool add_held_frames(const Measured& measured, Parts::Held& held) {
+  return describe_series(measured, "held", "held-pass/", held);
 }
 
 }  // namespace cvr::experiments

@@ -8,10 +8,10 @@
 namespace cvr::experiments {
 
 /// Each round is the camera path from an empty cache. The first round's mean stands apart, and so
-/// do the first frames.
-Row describe_frames(const Measured& measured);
+/// do the first frames. None where no frame was drawn.
+std::optional<Parts::Frames> describe_frames(const Measured& measured);
 
-/// Frames of one view with the cache filled; null where none were drawn.
-Row describe_held_frames(const Measured& measured);
+/// Adds the frames of one view with the cache filled; false where none were drawn.
+bool add_held_frames(const Measured& measured, Parts::Held& held);
 
 }  // namespace cvr::experiments

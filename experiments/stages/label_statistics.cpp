@@ -118,18 +118,19 @@ class LabelStatisticsRun final : public StageRun {
   explicit LabelStatisticsRun(const StageInput& input)
       : spec_(input.spec), truth_(input.truth), source_(input.source) {}
 
-  Row prepare() override {
+  Parts prepare() override {
     bytes_ = obtain_encoded(spec_, source_);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
-    Row parts;
-    parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
+    Parts parts;
+    parts.size = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
     const Counted counted = count();
     require_equal(counted.labels);
-    parts["verification"]["labels_compared"] = counted.labels.size();
-    parts["label_statistics"] = {{"labels", counted.labels.size()},
-                                 {"by", counted.bricks > 0 ? "bricks" : "volume"},
-                                 {"bricks", counted.bricks},
-                                 {"bricks_decoded", counted.bricks_decoded}};
+    parts.verification.emplace().labels_compared = counted.labels.size();
+    parts.label_statistics = {.labels = counted.labels.size(),
+                              .by = counted.bricks > 0 ? "bricks" : "volume",
+                              .bricks = counted.bricks,
+                              .bricks_decoded = counted.bricks_decoded,
+                              .ns_per_voxel = {}};
     return parts;
   }
 
@@ -207,11 +208,10 @@ class LabelStatisticsStage final : public StageKind {
     return std::make_unique<LabelStatisticsRun>(input);
   }
   void add_times(const Measured& measured, const volumes::VolumeInfo& info,
-                 Row& row) const override {
-    StageKind::add_times(measured, info, row);
-    const double seconds = row["time"]["seconds"]["median"].get<double>();
-    row["label_statistics"]["ns_per_voxel"] =
-        1e9 * seconds / static_cast<double>(info.extent.voxels());
+                 Parts& parts) const override {
+    StageKind::add_times(measured, info, parts);
+    parts.label_statistics.value().ns_per_voxel =
+        1e9 * parts.time->seconds->median / static_cast<double>(info.extent.voxels());
   }
 };
 

@@ -17,14 +17,14 @@ class MemcpyRun final : public StageRun {
   MemcpyRun(const WorkerSpec& spec, const volumes::VolumeSource& truth)
       : spec_(spec), truth_(truth), destination_(truth.info(), spec.memory_limit / 2) {}
 
-  Row prepare() override {
+  Parts prepare() override {
     const std::byte* mapped = truth_.data();
     if (spec_.stage == "decode" && destination_.whole() && mapped != nullptr) {
       voxels_.append(mapped, truth_.info().bytes());
     }
     round();
-    Row parts;
-    parts["destination"] = destination_.whole() ? "whole volume" : "one slab";
+    Parts parts;
+    parts.destination = destination_.whole() ? "whole volume" : "one slab";
     return parts;
   }
 

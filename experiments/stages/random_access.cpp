@@ -71,7 +71,7 @@ class RandomAccessRun final : public StageRun {
   explicit RandomAccessRun(const StageInput& input)
       : spec_(input.spec), truth_(input.truth), source_(input.source) {}
 
-  Row prepare() override {
+  Parts prepare() override {
     bytes_ = obtain_encoded(spec_, source_);
     file_.emplace(checked(codecs::open_file(bytes_.bytes())));
     decoder_ = checked(codecs::open_decoder(*file_));
@@ -82,9 +82,9 @@ class RandomAccessRun final : public StageRun {
     }
     if (access_ == nullptr)
       throw StageFailure(kUnsupported, "no access to single voxels or bricks");
-    Row parts;
+    Parts parts;
     verify(bytes_.bytes(), truth_, spec_.threads, parts);
-    parts["size"] = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
+    parts.size = describe_size(*file_, bytes_.size(), spec_.bytes_per_voxel);
     for (unsigned lod = 0; lod < decoder_->levels(); ++lod) {
       if (spec_.lods.empty() || std::ranges::find(spec_.lods, lod) != spec_.lods.end())
         lods_.push_back(lod);
@@ -93,9 +93,9 @@ class RandomAccessRun final : public StageRun {
       throw StageFailure(kUnsupported, fmt::format("has {} levels of detail, none was asked for",
                                                    decoder_->levels()));
     make_points();
-    parts["verification"]["points_compared"] = check_points();
-    parts["points_per_series"] = labels_.size();
-    parts["access_by"] = by_bricks_ ? "brick" : "voxel";
+    parts.verification->points_compared = check_points();
+    parts.points_per_series = labels_.size();
+    parts.access_by = by_bricks_ ? "brick" : "voxel";
     return parts;
   }
 
@@ -208,8 +208,9 @@ class RandomAccessStage final : public StageKind {
     return std::make_unique<RandomAccessRun>(input);
   }
 
-  void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {
-    row["access"] = Row::array();
+  void add_times(const Measured& measured, const volumes::VolumeInfo&,
+                 Parts& parts) const override {
+    parts.access.emplace();
     for (const Measured::Series& series : measured.series) {
       const std::size_t slash = series.name.rfind('/');
       const auto per_voxel = [&](const std::vector<double>& seconds) {
@@ -217,19 +218,17 @@ class RandomAccessStage final : public StageKind {
         for (const double s : seconds) ns.push_back(1e9 * s / static_cast<double>(series.count));
         return ns;
       };
-      Row entry;
-      entry["points"] = series.name.substr(0, slash);
-      entry["lod"] = std::stoi(series.name.substr(slash + 1));
-      entry["count"] = series.count;
-      entry["ns_per_voxel"] = describe_samples(per_voxel(series.wall_seconds));
-      entry["cpu_ns_per_voxel"] = summarize(per_voxel(series.cpu_seconds)).median;
-      row["access"].push_back(std::move(entry));
+      parts.access->push_back(
+          {.points = series.name.substr(0, slash),
+           .lod = std::stoul(series.name.substr(slash + 1)),
+           .count = series.count,
+           .ns_per_voxel = describe_samples(per_voxel(series.wall_seconds)),
+           .cpu_ns_per_voxel = summarize(per_voxel(series.cpu_seconds)).median});
     }
   }
-  std::string headline(const Row& row) const override {
-    if (row.at("access").empty()) return "";
-    return fmt::format("{:.4g} ns per voxel",
-                       row.at("access").at(0).at("ns_per_voxel").at("median").get<double>());
+  std::string headline(const Parts& parts) const override {
+    if (parts.access->empty()) return "";
+    return fmt::format("{:.4g} ns per voxel", parts.access->front().ns_per_voxel->median);
   }
 };
 

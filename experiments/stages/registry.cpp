@@ -53,21 +53,21 @@ std::unique_ptr<StageRun> make_stage_run(const StageInput& input) {
 }
 
 void StageKind::add_times(const Measured& measured, const volumes::VolumeInfo& info,
-                          Row& row) const {
-  Row& time = row["time"];
+                          Parts& parts) const {
   const Measured::Series& series = measured.series.front();
-  time["seconds"] = describe_samples(series.wall_seconds);
-  time["cpu_seconds"] = describe_samples(series.cpu_seconds);
-  const double median = time["seconds"]["median"].get<double>();
+  parts.time->seconds = describe_samples(series.wall_seconds);
+  parts.time->cpu_seconds = describe_samples(series.cpu_seconds);
+  const double median = parts.time->seconds->median;
   const double rate = median > 0 ? 1 / median : std::numeric_limits<double>::infinity();
-  time["gb_per_s"] = finite_or_null(1e-9 * static_cast<double>(info.bytes()) * rate);
-  time["mvoxel_per_s"] = finite_or_null(1e-6 * static_cast<double>(info.extent.voxels()) * rate);
+  parts.time->gb_per_s = finite_or_null(1e-9 * static_cast<double>(info.bytes()) * rate);
+  parts.time->mvoxel_per_s =
+      finite_or_null(1e-6 * static_cast<double>(info.extent.voxels()) * rate);
   for (std::size_t step = 1; step < measured.series.size(); ++step)
-    row["steps"][step - 1]["seconds"] = describe_samples(measured.series[step].wall_seconds);
+    parts.steps.value().at(step - 1).seconds = describe_samples(measured.series[step].wall_seconds);
 }
 
-std::string StageKind::headline(const Row& row) const {
-  return fmt::format("{:.4g} s", row.at("time").at("seconds").at("median").get<double>());
+std::string StageKind::headline(const Parts& parts) const {
+  return fmt::format("{:.4g} s", parts.time->seconds->median);
 }
 
 }  // namespace cvr::experiments

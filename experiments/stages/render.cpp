@@ -41,7 +41,7 @@ class RenderRun final : public StageRun {
         choice_(*spec_.render),
         scene_(scene_of(choice_)) {}
 
-  Row prepare() override {
+  Parts prepare() override {
     require_scene(scene_, truth_.info().kind);
     device_ = std::make_unique<gpu::Device>(
         gpu::DeviceOptions{.choice = choice_.device, .after_wait = after_wait_});
@@ -53,22 +53,22 @@ class RenderRun final : public StageRun {
                              ? make_label_subject(setting, *decoder)
                              : make_scalar_subject(setting, *decoder);
     renderer_ = subject->make_renderer();
-    Row parts;
-    parts["device"] = describe_device(*device_);
+    Parts parts;
+    parts.device = describe_device(*device_);
     subject->check_encoding(bytes.bytes(), parts);
-    parts["size"] = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
+    parts.size = describe_size(file, bytes.size(), spec_.bytes_per_voxel);
     subject->describe(parts);
-    Row& start = parts["start"];
+    Named<double>& start = parts.start.emplace();
     for (const auto& [name, seconds] : renderer_->start_parts()) start[name + "_s"] = seconds;
     if (const auto seconds = setting.show_scene(*renderer_)) start["scene_s"] = *seconds;
     subject->check_images(*renderer_, parts);
     if (choice_.keep_pictures) {
       setting.settle(*renderer_, setting.fixed_shot());
-      parts["pictures"] =
+      parts.pictures =
           keep_pictures(spec_, subject->reference(setting.fixed_shot()), renderer_->read_image());
     }
     subject->measure(*renderer_, parts);
-    parts["memory"] = describe_memory(renderer_->memory());
+    parts.memory = describe_memory(renderer_->memory());
     return parts;
   }
 

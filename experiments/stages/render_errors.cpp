@@ -61,7 +61,9 @@ ImageErrors errors_of(const gpu::Image& expected, const gpu::Image& found) {
           .sum_ssim = difference.ssim};
 }
 
-Row psnr_row(double mse) { return mse > 0 ? Row(-10 * std::log10(mse)) : Row(nullptr); }
+Nullable<double> psnr_of(double mse) {
+  return mse > 0 ? Nullable<double>(-10 * std::log10(mse)) : std::nullopt;
+}
 
 void require_label_images(const ImageErrors& errors) {
   if (errors.labels > errors.near_ties) {

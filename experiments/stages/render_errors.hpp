@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "experiments/results/rows.hpp"
+#include "experiments/results/result.hpp"
 #include "gpu/image.hpp"
 
 namespace cvr::experiments {
@@ -28,7 +28,7 @@ struct ImageErrors {
 ImageErrors errors_of(const gpu::Image& expected, const gpu::Image& found);
 
 /// In dB, of a peak of 1. Equal images have none: null.
-Row psnr_row(double mse);
+Nullable<double> psnr_of(double mse);
 
 /// Throws StageFailure where labels or colours differ from the reference's by more than near-ties
 /// and rounding explain.

@@ -37,13 +37,13 @@ class LabelSubject final : public RenderSubject {
         encoding_(checked(decoder.gpu_encoding(choice_.brick, cores()))),
         truth_(setting.spec, setting.truth, setting.scene, setting.device) {}
 
-  void check_encoding(std::span<const std::byte> file, Row& parts) override {
+  void check_encoding(std::span<const std::byte> file, Parts& parts) override {
     verify_once(setting_.spec, file, setting_.truth, parts);
   }
   std::unique_ptr<gpu::FrameRenderer> make_renderer() override { return make(false); }
   gpu::Image reference(const Shot& shot) override { return truth_.reference(shot); }
 
-  void check_images(gpu::FrameRenderer& renderer, Row& parts) override {
+  void check_images(gpu::FrameRenderer& renderer, Parts& parts) override {
     const std::uint32_t samples = std::min(choice_.ao_samples, kCheckedSamples);
     std::uint64_t frames = 0;
     ImageErrors errors;
@@ -54,19 +54,19 @@ class LabelSubject final : public RenderSubject {
     }
     if (choice_.held_frames > 0) check_fixed(renderer, errors, parts);
     require_label_images(errors);
-    Row& verification = parts["verification"];
-    verification["pixels_compared"] = errors.pixels;
-    verification["label_mismatches"] = errors.labels - errors.near_ties;
-    verification["near_ties"] = errors.near_ties;
-    verification["other_colours"] = errors.colours;
-    verification["same_as_raw"] = true;
-    verification["samples"] = samples;
-    verification["psnr_db"] = psnr_row(errors.largest_mse);
-    verification["largest_difference"] = errors.largest;
-    parts["exact_after_frames"] = frames;
+    Parts::Verification& verification = *parts.verification;
+    verification.pixels_compared = errors.pixels;
+    verification.label_mismatches = errors.labels - errors.near_ties;
+    verification.near_ties = errors.near_ties;
+    verification.other_colours = errors.colours;
+    verification.same_as_raw = true;
+    verification.samples = samples;
+    verification.psnr_db = psnr_of(errors.largest_mse);
+    verification.largest_difference = errors.largest;
+    parts.exact_after_frames = frames;
   }
 
-  void measure(gpu::FrameRenderer& renderer, Row& parts) override {
+  void measure(gpu::FrameRenderer& renderer, Parts& parts) override {
     measure_jump(renderer, parts);
     measure_error(renderer, parts);
     count_work(parts);
@@ -93,54 +93,52 @@ class LabelSubject final : public RenderSubject {
 
   /// A frame of the fixed view as it is timed: drawn whole from the filled cache. Where the cache
   /// is too small for that, some pixels stay incomplete, and the row says how many.
-  void check_fixed(gpu::FrameRenderer& renderer, ImageErrors& errors, Row& parts) {
+  void check_fixed(gpu::FrameRenderer& renderer, ImageErrors& errors, Parts& parts) {
     const gpu::Settled settled = setting_.settle(renderer, setting_.fixed_shot());
     setting_.fill_cache(renderer);
     const gpu::FrameResult frame = renderer.render(setting_.fixed_camera());
-    Row& held = parts["held"];
-    held["key"] = scene_.held;
-    held["exact_after_frames"] = settled.frames;
-    held["compared"] = frame.incomplete == 0;
+    Parts::Held& held = parts.held.emplace();
+    held.key = scene_.held;
+    held.exact_after_frames = settled.frames;
+    held.compared = frame.incomplete == 0;
     if (frame.incomplete == 0) compare_image(renderer, setting_.fixed_shot(), errors);
   }
 
   /// The first frames after the camera has jumped to a view that the cache has not seen, compared
   /// with the truth.
-  void measure_jump(gpu::FrameRenderer& renderer, Row& parts) {
+  void measure_jump(gpu::FrameRenderer& renderer, Parts& parts) {
     if (choice_.jump_frames == 0) return;
     setting_.settle(renderer, {kJumpFrom, 1, scene_.lod_bias});
     const Shot shot{kJumpTo, 1, scene_.lod_bias};
     const gpu::Image expected = truth_.raw(shot);
-    Row& frames = parts["jump"]["frames"] = Row::array();
+    Parts::Jump& jump = parts.jump.emplace();
     for (std::uint32_t frame = 0; frame < choice_.jump_frames; ++frame) {
       const gpu::FrameResult result = renderer.render(scene_.path.at(shot.part));
       const ImageErrors errors = errors_of(expected, renderer.read_image());
-      frames.push_back({{"psnr_db", psnr_row(errors.mean_mse())},
-                        {"label_mismatches", errors.labels},
-                        {"incomplete", result.incomplete},
-                        {"ms", 1e3 * result.gpu_seconds}});
+      jump.frames.push_back(
+          {psnr_of(errors.mean_mse()), errors.labels, result.incomplete, 1e3 * result.gpu_seconds});
     }
-    parts["jump"]["pixels"] = expected.pixels();
+    jump.pixels = expected.pixels();
   }
 
   /// Levels of detail and few samples as an error of the image: against level bias 0 and many
   /// samples.
-  void measure_error(gpu::FrameRenderer& renderer, Row& parts) {
+  void measure_error(gpu::FrameRenderer& renderer, Parts& parts) {
     if (!choice_.picture_error) return;
     const Shot best{kErrorPart, choice_.shading == gpu::Shading::kAo ? kBestSamples : 1, 0};
     setting_.settle(renderer, {kErrorPart, choice_.ao_samples, scene_.lod_bias});
     const ImageErrors errors = errors_of(truth_.reference(best), renderer.read_image());
-    Row& error = parts["picture_error"];
-    error["psnr_db"] = psnr_row(errors.mean_mse());
-    error["ssim"] = errors.mean_ssim();
-    error["label_mismatches"] = errors.labels;
-    error["pixels"] = errors.pixels;
-    error["samples_of_truth"] = best.samples;
+    Parts::PictureError& error = parts.picture_error.emplace();
+    error.psnr_db = psnr_of(errors.mean_mse());
+    error.ssim = errors.mean_ssim();
+    error.label_mismatches = errors.labels;
+    error.pixels = errors.pixels;
+    error.samples_of_truth = best.samples;
   }
 
   /// Counters of the whole path, and of three exact images from an empty cache beside the work that
   /// these need at least.
-  void count_work(Row& parts) {
+  void count_work(Parts& parts) {
     const auto counting = make(true);
     setting_.show_scene(*counting);
     std::map<std::string, std::uint64_t> first;
@@ -155,40 +153,38 @@ class LabelSubject final : public RenderSubject {
       needed.distinct_cells += here.distinct_cells;
       needed.distinct_bricks += here.distinct_bricks;
     }
-    Row& row = parts["needed"];
-    row["visits"] = needed.visits;
-    row["distinct_cells"] = needed.distinct_cells;
-    row["distinct_bricks"] = needed.distinct_bricks;
-    row["cells_read"] = first["cells_read"];
-    row["cells_decoded"] = first["cells_decoded"];
-    row["bytes_touched"] = 4 * first["words_touched"];
-    row["decoded_over_needed"] = needed.distinct_cells == 0
-                                     ? Row(nullptr)
-                                     : Row(static_cast<double>(first["cells_decoded"]) /
-                                           static_cast<double>(needed.distinct_cells));
+    Parts::Needed& row = parts.needed.emplace();
+    row.visits = needed.visits;
+    row.distinct_cells = needed.distinct_cells;
+    row.distinct_bricks = needed.distinct_bricks;
+    row.cells_read = first["cells_read"];
+    row.cells_decoded = first["cells_decoded"];
+    row.bytes_touched = 4 * first["words_touched"];
+    if (needed.distinct_cells > 0)
+      row.decoded_over_needed =
+          static_cast<double>(first["cells_decoded"]) / static_cast<double>(needed.distinct_cells);
     if (choice_.count_path) {
       counting->clear_cache();
       counting->clear_counters();
       for (std::uint32_t frame = 0; frame < scene_.frames; ++frame)
         counting->render(scene_.camera(frame));
-      for (const auto& [name, count] : counting->read_counters()) parts["counters"][name] = count;
+      parts.counters = counted(*counting);
     }
-    if (choice_.held_frames > 0) count_fixed(*counting, parts["held"]);
+    if (choice_.held_frames > 0) count_fixed(*counting, *parts.held);
   }
 
   /// What a frame of the fixed view still reads and decodes, once the cache is filled.
-  void count_fixed(gpu::FrameRenderer& counting, Row& held) const {
+  void count_fixed(gpu::FrameRenderer& counting, Parts::Held& held) const {
     setting_.fill_cache(counting);
     counting.clear_counters();
     const gpu::FrameResult frame = counting.render(setting_.fixed_camera());
-    std::map<std::string, std::uint64_t> work;
-    for (const auto& [name, count] : counting.read_counters()) work[name] = count;
-    held["cells_read"] = work["cells_read"];
-    held["cells_decoded"] = work["cells_decoded"];
-    held["bytes_touched"] = 4 * work["words_touched"];
-    held["cache_complete"] = counting.keeps_voxels()
-                                 ? Row(frame.incomplete == 0 && work["cells_decoded"] == 0)
-                                 : Row(nullptr);
+    Named<std::uint64_t> work = counted(counting);
+    held.cells_read = work["cells_read"];
+    held.cells_decoded = work["cells_decoded"];
+    held.bytes_touched = 4 * work["words_touched"];
+    held.cache_complete.emplace();
+    if (counting.keeps_voxels())
+      held.cache_complete = Nullable<bool>(frame.incomplete == 0 && work["cells_decoded"] == 0);
   }
 
   const RenderSetting& setting_;

@@ -16,25 +16,32 @@ constexpr double kDifferenceGain = 8;  ///< of kept images: an error of 12 % of 
 
 unsigned cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
-Row describe_device(const gpu::Device& device) {
+Parts::Device describe_device(const gpu::Device& device) {
   const gpu::DeviceReport& report = device.report();
-  return {
-      {"name", report.name}, {"type", report.type}, {"driver", report.driver}, {"api", report.api}};
+  return {std::string(report.name), std::string(report.type), std::string(report.driver),
+          std::string(report.api)};
 }
 
-Row describe_memory(const std::vector<gpu::MemoryUse>& uses) {
-  Row memory;
-  memory["gpu_bytes"] = 0;
+Parts::Memory describe_memory(const std::vector<gpu::MemoryUse>& uses) {
+  Parts::Memory memory;
+  Named<std::uint64_t>& by_use = memory.gpu_uses.emplace();
   std::uint64_t total = 0;
   for (const gpu::MemoryUse& use : uses) {
-    memory["gpu_uses"][use.use] = use.bytes;
+    by_use[use.use] = use.bytes;
     total += use.bytes;
   }
-  memory["gpu_bytes"] = total;
+  memory.gpu_bytes = total;
   return memory;
 }
 
-Row keep_pictures(const WorkerSpec& spec, const gpu::Image& expected, const gpu::Image& drawn) {
+Named<std::uint64_t> counted(const gpu::FrameRenderer& renderer) {
+  Named<std::uint64_t> work;
+  for (const auto& [name, count] : renderer.read_counters()) work[name] = count;
+  return work;
+}
+
+Parts::Pictures keep_pictures(const WorkerSpec& spec, const gpu::Image& expected,
+                              const gpu::Image& drawn) {
   const std::string picture = spec.pictures + ".png",
                     difference = spec.pictures + "-difference.png";
   gpu::write_png(picture, drawn.width, drawn.height, drawn.rgb8());
@@ -44,11 +51,8 @@ Row keep_pictures(const WorkerSpec& spec, const gpu::Image& expected, const gpu:
     return std::filesystem::path(path).filename().string();
   };
   const ImageErrors errors = errors_of(expected, drawn);
-  return {{"picture", name(picture)},
-          {"difference", name(difference)},
-          {"gain", kDifferenceGain},
-          {"psnr_db", psnr_row(errors.mean_mse())},
-          {"ssim", errors.mean_ssim()}};
+  return {name(picture), name(difference), kDifferenceGain, psnr_of(errors.mean_mse()),
+          errors.mean_ssim()};
 }
 
 void add_frame(const gpu::FrameResult& frame, const std::string& series, const std::string& passes,

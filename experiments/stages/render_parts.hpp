@@ -26,12 +26,15 @@ struct Shot {
 /// Threads for what a cell does not measure.
 unsigned cores();
 
-Row describe_device(const gpu::Device& device);
-Row describe_memory(const std::vector<gpu::MemoryUse>& uses);
+Parts::Device describe_device(const gpu::Device& device);
+Parts::Memory describe_memory(const std::vector<gpu::MemoryUse>& uses);
+
+Named<std::uint64_t> counted(const gpu::FrameRenderer& renderer);
 
 /// Leaves an image and its difference to what it should be as PNG files, whose names begin with
 /// `spec.pictures`, and tells of them. Throws InputError.
-Row keep_pictures(const WorkerSpec& spec, const gpu::Image& expected, const gpu::Image& drawn);
+Parts::Pictures keep_pictures(const WorkerSpec& spec, const gpu::Image& expected,
+                              const gpu::Image& drawn);
 
 /// The samples of one frame: its time, and that of each of its passes as `passes` + name.
 void add_frame(const gpu::FrameResult& frame, const std::string& series, const std::string& passes,

@@ -25,11 +25,10 @@ class ScalarSubject final : public RenderSubject {
         range_(gpu::value_range(original_)) {}
 
   /// The images are compared with those of what it decodes to.
-  void check_encoding(std::span<const std::byte>, Row&) override {}
-  void describe(Row& parts) const override {
+  void check_encoding(std::span<const std::byte>, Parts&) override {}
+  void describe(Parts& parts) const override {
     if (progressive_ == nullptr) return;
-    parts["step"] = {{"name", progressive_->step_name(step_)},
-                     {"bytes", progressive_->step_bytes(step_)}};
+    parts.step = {std::string(progressive_->step_name(step_)), progressive_->step_bytes(step_)};
   }
   std::unique_ptr<gpu::FrameRenderer> make_renderer() override {
     return checked(gpu::ScalarRenderer::make(setting_.device, checked(decoder_.gpu_samples(step_)),
@@ -38,7 +37,7 @@ class ScalarSubject final : public RenderSubject {
   }
   gpu::Image reference(const Shot& shot) override { return image_of(original_, shot); }
 
-  void check_images(gpu::FrameRenderer& renderer, Row& parts) override {
+  void check_images(gpu::FrameRenderer& renderer, Parts& parts) override {
     volumes::VolumeSink sink(setting_.truth.info());
     checked(progressive_ == nullptr ? decoder_.decode(0, cores(), sink)
                                     : progressive_->decode_step(step_, cores(), sink));
@@ -54,14 +53,16 @@ class ScalarSubject final : public RenderSubject {
       drawing.add(errors);
       codec.add(errors_of(reference(shot), image));
     }
-    parts["verification"] = {{"pixels_compared", drawing.pixels},
-                             {"psnr_db", psnr_row(drawing.mean_mse())},
-                             {"largest_difference", drawing.largest}};
-    parts["picture_error"] = {{"psnr_db", psnr_row(codec.mean_mse())},
-                              {"ssim", codec.mean_ssim()},
-                              {"largest", codec.largest},
-                              {"pixels", codec.pixels}};
-    for (const auto& [name, count] : renderer.read_counters()) parts["counters"][name] = count;
+    Parts::Verification& verification = parts.verification.emplace();
+    verification.pixels_compared = drawing.pixels;
+    verification.psnr_db = psnr_of(drawing.mean_mse());
+    verification.largest_difference = drawing.largest;
+    Parts::PictureError& error = parts.picture_error.emplace();
+    error.psnr_db = psnr_of(codec.mean_mse());
+    error.ssim = codec.mean_ssim();
+    error.largest = codec.largest;
+    error.pixels = codec.pixels;
+    parts.counters = counted(renderer);
   }
 
  private:

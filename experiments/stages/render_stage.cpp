@@ -67,15 +67,17 @@ class RenderStage final : public StageKind {
     return make_render_run(input);
   }
 
-  void add_times(const Measured& measured, const volumes::VolumeInfo&, Row& row) const override {
+  void add_times(const Measured& measured, const volumes::VolumeInfo&,
+                 Parts& parts) const override {
     const Measured::Series& series = measured.series.front();
-    row["time"]["seconds"] = describe_samples(series.wall_seconds);
-    row["time"]["cpu_seconds"] = describe_samples(series.cpu_seconds);
-    row["frames"] = describe_frames(measured);
-    if (const Row held = describe_held_frames(measured); !held.is_null()) row["held"].update(held);
+    parts.time->seconds = describe_samples(series.wall_seconds);
+    parts.time->cpu_seconds = describe_samples(series.cpu_seconds);
+    parts.frames = describe_frames(measured);
+    Parts::Held held = parts.held.value_or(Parts::Held());
+    if (add_held_frames(measured, held)) parts.held = std::move(held);
   }
-  std::string headline(const Row& row) const override {
-    return fmt::format("{:.4g} ms per frame", row.at("frames").at("mean_ms").get<double>());
+  std::string headline(const Parts& parts) const override {
+    return fmt::format("{:.4g} ms per frame", parts.frames.value().mean_ms.value());
   }
 };
 

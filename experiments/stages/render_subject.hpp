@@ -36,18 +36,18 @@ class RenderSubject {
  public:
   virtual ~RenderSubject() = default;
   /// Checks the encoding as far as it is not done by images, and adds what it finds.
-  virtual void check_encoding(std::span<const std::byte> file, Row& parts) = 0;
+  virtual void check_encoding(std::span<const std::byte> file, Parts& parts) = 0;
   /// Adds what of the encoding is drawn.
-  virtual void describe(Row&) const {}
+  virtual void describe(Parts&) const {}
   /// For timed frames.
   virtual std::unique_ptr<gpu::FrameRenderer> make_renderer() = 0;
   /// Checks images of the scene that the renderer shows at kCheckedParts, and adds
   /// "verification". Throws StageFailure.
-  virtual void check_images(gpu::FrameRenderer& renderer, Row& parts) = 0;
+  virtual void check_images(gpu::FrameRenderer& renderer, Parts& parts) = 0;
   /// What an image of the original is.
   virtual gpu::Image reference(const Shot& shot) = 0;
   /// Adds what is measured of images and work besides frame times.
-  virtual void measure(gpu::FrameRenderer&, Row&) {}
+  virtual void measure(gpu::FrameRenderer&, Parts&) {}
 };
 
 /// `setting` and `decoder` outlive the results.

@@ -59,8 +59,8 @@ class StageHooks {
 class StageRun {
  public:
   virtual ~StageRun() = default;
-  /// Checks and returns parts of the row: verification, size and what else the stage knows.
-  virtual Row prepare() = 0;
+  /// Checks and returns parts of the result: verification, size and what else the stage knows.
+  virtual Parts prepare() = 0;
   virtual std::vector<Sample> round() = 0;
 };
 

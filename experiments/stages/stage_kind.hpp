@@ -45,10 +45,11 @@ class StageKind {
 
   virtual std::unique_ptr<StageRun> make_run(const StageInput& input) const = 0;
 
-  /// What the rounds add to the row: "time" has the number of rounds and why they ended already.
-  virtual void add_times(const Measured& measured, const volumes::VolumeInfo& info, Row& row) const;
-  /// The most important time of such a row, with its unit: "0.123 s"; "": none.
-  virtual std::string headline(const Row& row) const;
+  /// What the rounds add: `parts.time` has the number of rounds and why they ended already.
+  virtual void add_times(const Measured& measured, const volumes::VolumeInfo& info,
+                         Parts& parts) const;
+  /// The most important time of such parts, with its unit: "0.123 s"; "": none.
+  virtual std::string headline(const Parts& parts) const;
 };
 
 /// In the order in which a run takes them.

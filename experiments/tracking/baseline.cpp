@@ -51,14 +51,14 @@ bool belongs(const Quantity& quantity) {
 
 }  // namespace
 
-Baseline baseline_of(const Config& config, const std::vector<Row>& rows) {
+Baseline baseline_of(const Config& config, const std::vector<Result>& rows) {
   Baseline baseline{fs::path(config.path).stem().string(), {}};
   std::set<std::string> keys;
   for (const Cell& cell : config.cells) keys.insert(cell.row_key());
-  for (const auto& [key, row] : latest_by(rows, "key")) {
+  for (const auto& [key, row] : latest_by(rows, &Result::key)) {
     if (!keys.contains(key)) continue;
     std::map<std::string, Row> figures;
-    if (row.value("status", "") != kOk) figures["status"] = row.at("status");
+    if (!row.is_ok()) figures["status"] = row.status;
     for (const Quantity& quantity : quantities_of(row)) {
       if (belongs(quantity)) figures[quantity.name] = rounded(quantity);
     }

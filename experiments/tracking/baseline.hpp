@@ -22,7 +22,7 @@ struct Baseline {
 };
 
 /// Of the rows of the configuration's cells; a cell that is not ok has its status alone.
-Baseline baseline_of(const Config& config, const std::vector<Row>& rows);
+Baseline baseline_of(const Config& config, const std::vector<Result>& rows);
 
 /// FOLDER/NAME.json; the folder is results/baseline beside the folder configs that holds the
 /// configuration, unless given.

@@ -8,7 +8,6 @@
 
 #include "experiments/analysis/escaping.hpp"
 #include "experiments/results/statistics.hpp"
-#include "experiments/tracking/json_shape.hpp"
 #include "volumes/plain_text.hpp"
 
 namespace cvr::experiments {
@@ -27,21 +26,14 @@ std::vector<double> ascending(std::span<const double> samples) {
 
 std::string percent(double ratio) { return fmt::format("{:+.1f} %", 100 * (ratio - 1)); }
 
-std::string mode_of(const Row& row) {
-  if (row.contains("render") && row.at("render").contains("cache"))
-    return row.at("render").at("cache").get<std::string>();
-  return row.value("stage", "");
-}
-
-std::string machine_of(const Row& row) {
-  return row.contains("provenance") ? row.at("provenance").value("machine", "") : "";
+std::string mode_of(const Result& row) {
+  const std::string access = row.access_mode();
+  return access.empty() ? row.stage : access;
 }
 
 /// The device that drew, "" for other stages: software devices of two versions are two machines.
-std::string device_of(const Row& row) {
-  return row.contains("device")
-             ? row.at("device").value("driver", "") + row.at("device").value("name", "")
-             : "";
+std::string device_of(const Result& row) {
+  return row.device ? row.device->driver + row.device->name : "";
 }
 
 void judge_numbers(ComparedQuantity& c) {
@@ -67,16 +59,15 @@ class Comparer {
  public:
   explicit Comparer(const CompareOptions& options) : options_(options) {}
 
-  void compare(const Row& base, const Row& fresh) {
-    const std::string status = base.value("status", ""), fresh_status = fresh.value("status", "");
-    if (status == kOk && fresh_status == kOk) ++report.measured;
-    if (status != fresh_status || status != kOk) {
+  void compare(const Result& base, const Result& fresh) {
+    if (base.is_ok() && fresh.is_ok()) ++report.measured;
+    if (base.status != fresh.status || !base.is_ok()) {
       ComparedQuantity c =
-          start(base, {.name = "status", .kind = QuantityKind::kExact, .text = status},
-                {.name = "status", .kind = QuantityKind::kExact, .text = fresh_status});
+          start(base, {.name = "status", .kind = QuantityKind::kExact, .text = base.status},
+                {.name = "status", .kind = QuantityKind::kExact, .text = fresh.status});
       judge_numbers(c);
-      if (c.outcome == Outcome::kDiffers && fresh_status != kOk)
-        c.reason += fmt::format(" ({})", fresh.value("reason", ""));
+      if (c.outcome == Outcome::kDiffers && !fresh.is_ok())
+        c.reason += fmt::format(" ({})", fresh.reason);
       report.comparisons.push_back(std::move(c));
       return;
     }
@@ -102,22 +93,23 @@ class Comparer {
   CompareReport report;
 
  private:
-  ComparedQuantity start(const Row& row, Quantity base, Quantity fresh) const {
+  ComparedQuantity start(const Result& row, Quantity base, Quantity fresh) const {
     ComparedQuantity c;
-    c.key = row.value("key", "");
-    c.codec = row.contains("codec") ? row.at("codec").value("id", "") : "";
+    c.key = row.key;
+    c.codec = row.codec.id;
     c.mode = mode_of(row);
     c.base = std::move(base);
     c.fresh = std::move(fresh);
     return c;
   }
 
-  std::string why_times_do_not_compare(const Row& base, const Row& fresh) {
+  std::string why_times_do_not_compare(const Result& base, const Result& fresh) {
     std::string why;
-    if (base.value("cell", "") != fresh.value("cell", ""))
+    if (base.cell != fresh.cell)
       why = "the cells have another identity (data, codec version or parameters)";
-    else if (machine_of(base) != machine_of(fresh))
-      why = fmt::format("measured on the machines {} and {}", machine_of(base), machine_of(fresh));
+    else if (base.provenance.machine != fresh.provenance.machine)
+      why = fmt::format("measured on the machines {} and {}", base.provenance.machine,
+                        fresh.provenance.machine);
     else if (device_of(base) != device_of(fresh))
       why = "drawn by two devices or drivers";
     if (!why.empty()) remark("Times of some cells are not compared: " + why + ".");
@@ -217,36 +209,24 @@ std::size_t CompareReport::count(Outcome outcome) const {
       std::ranges::count(comparisons, outcome, &ComparedQuantity::outcome));
 }
 
-namespace {
-
-CompareReport compare_latest(const std::vector<Row>& base, const std::vector<Row>& fresh,
-                             const CompareOptions& options) {
-  const auto from = latest_by(base, "key"), to = latest_by(fresh, "key");
+CompareReport compare_rows(const std::vector<Result>& base, const std::vector<Result>& fresh,
+                           const CompareOptions& options) {
+  const auto from = latest_by(base, &Result::key), to = latest_by(fresh, &Result::key);
   Comparer comparer(options);
   std::set<std::string> seen;
-  for (const Row& row : base) {  // in the order of the file, each key once
-    const std::string key = row.value("key", "");
-    if (!seen.insert(key).second) continue;
-    const Row& last = from.at(key);
-    if (const auto partner = to.find(key); partner != to.end()) {
+  for (const Result& row : base) {  // in the order of the file, each key once
+    if (!seen.insert(row.key).second) continue;
+    const Result& last = from.at(row.key);
+    if (const auto partner = to.find(row.key); partner != to.end()) {
       comparer.compare(last, partner->second);
-    } else if (last.value("status", "") == kOk) {
-      comparer.report.only_in_base.push_back(key);
+    } else if (last.is_ok()) {
+      comparer.report.only_in_base.push_back(row.key);
     }
   }
   for (const auto& [key, row] : to) {
-    if (!from.contains(key) && row.value("status", "") == kOk)
-      comparer.report.only_in_new.push_back(key);
+    if (!from.contains(key) && row.is_ok()) comparer.report.only_in_new.push_back(key);
   }
   return std::move(comparer.report);
-}
-
-}  // namespace
-
-CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh,
-                           const CompareOptions& options) {
-  return expecting_shape("rows", "the fields of results/schema/row.schema.json",
-                         [&] { return compare_latest(base, fresh, options); });
 }
 
 std::vector<CompareSummary> summarise(const CompareReport& report) {

@@ -90,7 +90,7 @@ struct CompareReport {
 
 /// The last row of each cell counts. Rows with another status than ok are compared by their status
 /// alone.
-CompareReport compare_rows(const std::vector<Row>& base, const std::vector<Row>& fresh,
+CompareReport compare_rows(const std::vector<Result>& base, const std::vector<Result>& fresh,
                            const CompareOptions& options);
 
 /// One line a codec and mode: how many quantities came out how, and the geometric mean of the

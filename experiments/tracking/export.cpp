@@ -20,15 +20,15 @@ double nanoseconds_of(const std::string& unit) {
 }
 
 /// The key of a row as a path, the stage left to the kind of time.
-std::string name_of_row(const Row& row) {
-  std::string name = row.at("key").get<std::string>();
+std::string name_of_row(const Result& row) {
+  std::string name = row.key;
   std::ranges::replace(name, '|', '/');
   return name.substr(0, name.rfind('/'));
 }
 
-std::vector<double> cpu_samples(const Row& row, const Quantity& quantity) {
-  if (quantity.name != row.value("stage", "")) return {};
-  return row.at("time").value("cpu_seconds", Row::object()).value("samples", std::vector<double>{});
+std::vector<double> cpu_samples(const Result& row, const Quantity& quantity) {
+  if (quantity.name != row.stage || !row.time || !row.time->cpu_seconds) return {};
+  return row.time->cpu_seconds->samples;
 }
 
 Row entry(const std::string& name, std::size_t threads, std::size_t repetitions, double real,
@@ -71,42 +71,34 @@ void add_aggregates(const std::string& name, std::size_t threads, const std::vec
       "percentage");
 }
 
-void add_counters(const Row& row, Row& benchmark) {
-  for (const auto& [part, name] :
-       {std::pair{"size", "bytes"}, {"size", "bits_per_voxel"}, {"error", "psnr_db"}}) {
-    if (row.contains(part) && row[part].contains(name) && row[part][name].is_number())
-      benchmark[name] = row[part][name];
-  }
+void add_counters(const Result& row, Row& benchmark) {
+  if (row.size && row.size->bytes) benchmark["bytes"] = *row.size->bytes;
+  if (row.size && row.size->bits_per_voxel) benchmark["bits_per_voxel"] = *row.size->bits_per_voxel;
+  if (row.error && row.error->psnr_db) benchmark["psnr_db"] = *row.error->psnr_db;
 }
 
-Row context_of(const Row& provenance) {
-  return {{"date", provenance.value("time", "")},
-          {"host_name", provenance.value("machine", "")},
-          {"executable", "cvrbench"},
-          {"num_cpus", provenance.value("cores", 1)},
-          {"mhz_per_cpu", 0},
-          {"cpu_scaling_enabled", false},
-          {"caches", Row::array()},
-          {"library_build_type", "release"},
-          {"cpu", provenance.value("cpu", "")},
-          {"revision", provenance.value("revision", "")}};
+Row context_of(const Provenance& provenance) {
+  return {{"date", provenance.time},  {"host_name", provenance.machine},
+          {"executable", "cvrbench"}, {"num_cpus", provenance.cores},
+          {"mhz_per_cpu", 0},         {"cpu_scaling_enabled", false},
+          {"caches", Row::array()},   {"library_build_type", "release"},
+          {"cpu", provenance.cpu},    {"revision", provenance.revision}};
 }
 
 /// An entry a sample of a time, and the aggregates.
-void add_benchmarks(const Row& row, const Quantity& quantity, Row& benchmarks) {
-  const auto threads = row.value("threads", std::size_t{1});
+void add_benchmarks(const Result& row, const Quantity& quantity, Row& benchmarks) {
   const std::string name = name_of_row(row) + "/" + quantity.name;
   std::vector<double> real, cpu = cpu_samples(row, quantity);
   for (const double x : quantity.samples) real.push_back(x * nanoseconds_of(quantity.unit));
   for (double& x : cpu) x *= nanoseconds_of(quantity.unit);
   if (cpu.size() != real.size()) cpu = real;
   for (std::size_t i = 0; i < real.size(); ++i) {
-    Row one = entry(name, threads, real.size(), real[i], cpu[i]);
+    Row one = entry(name, row.threads, real.size(), real[i], cpu[i]);
     one["repetition_index"] = i;
     add_counters(row, one);
     benchmarks.push_back(std::move(one));
   }
-  add_aggregates(name, threads, real, cpu, benchmarks);
+  add_aggregates(name, row.threads, real, cpu, benchmarks);
 }
 
 /// Calls visit(place, value) for everything that is no object and no list.
@@ -128,18 +120,17 @@ std::string text_of(const Row& value) {
 
 }  // namespace
 
-Row to_google_benchmark(const std::vector<Row>& rows) {
+Row to_google_benchmark(const std::vector<Result>& rows) {
   Row file;
   file["context"] = Row::object();
   file["benchmarks"] = Row::array();
-  const auto latest = latest_by(rows, "key");
+  const auto latest = latest_by(rows, &Result::key);
   std::set<std::string> seen;
-  for (const Row& any : rows) {
-    const std::string key = any.value("key", "");
-    if (!seen.insert(key).second) continue;
-    const Row& row = latest.at(key);
-    if (row.value("status", "") != kOk) continue;
-    if (file["context"].empty()) file["context"] = context_of(row.at("provenance"));
+  for (const Result& any : rows) {
+    if (!seen.insert(any.key).second) continue;
+    const Result& row = latest.at(any.key);
+    if (!row.is_ok()) continue;
+    if (file["context"].empty()) file["context"] = context_of(row.provenance);
     for (const Quantity& quantity : quantities_of(row)) {
       if (quantity.kind == QuantityKind::kTime) add_benchmarks(row, quantity, file["benchmarks"]);
     }
@@ -147,20 +138,23 @@ Row to_google_benchmark(const std::vector<Row>& rows) {
   return file;
 }
 
-std::string to_csv(const std::vector<Row>& rows) {
+std::string to_csv(const std::vector<Result>& rows) {
   std::vector<std::vector<std::string>> lines(1);
   std::map<std::string, std::size_t> places;
-  for (const Row& row : rows) {
-    walk(row, "", [&](const std::string& place, const Row&) {
-      if (places.emplace(place, lines[0].size()).second) lines[0].push_back(place);
+  for (const Result& row : rows) {
+    std::map<std::size_t, std::string> fields;
+    walk(to_row(row), "", [&](const std::string& place, const Row& value) {
+      const auto [column, added] = places.emplace(place, lines[0].size());
+      if (added) lines[0].push_back(place);
+      fields[column->second] = text_of(value);
     });
+    lines.emplace_back();
+    for (const auto& [column, text] : fields) {
+      lines.back().resize(column);
+      lines.back().push_back(text);
+    }
   }
-  for (const Row& row : rows) {
-    std::vector<std::string>& fields = lines.emplace_back(places.size());
-    walk(row, "", [&](const std::string& place, const Row& value) {
-      fields[places.at(place)] = text_of(value);
-    });
-  }
+  for (auto& line : lines) line.resize(places.size());
   return csv_text(lines, "\r\n");
 }
 

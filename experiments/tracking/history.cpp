@@ -11,7 +11,6 @@
 #include <set>
 
 #include "experiments/results/statistics.hpp"
-#include "experiments/tracking/json_shape.hpp"
 #include "volumes/error.hpp"
 #include "volumes/io/file.hpp"
 #include "volumes/json_text.hpp"
@@ -63,13 +62,13 @@ bool is_fingerprint(const std::string& machine) {
              machine, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
 }
 
-Row figure_of(const Row& row, const Quantity& quantity) {
+Row figure_of(const Result& row, const Quantity& quantity) {
   Row line;
-  line["time"] = row.at("provenance").value("time", "");
-  line["revision"] = row.at("provenance").value("revision", "");
-  line["key"] = row.at("key");
-  line["codec"] = row.at("codec").value("id", "");
-  line["version"] = row.at("codec").value("version", 0);
+  line["time"] = row.provenance.time;
+  line["revision"] = row.provenance.revision;
+  line["key"] = row.key;
+  line["codec"] = row.codec.id;
+  line["version"] = row.codec.version;
   line["quantity"] = quantity.name;
   line["kind"] = name_of(quantity.kind);
   if (quantity.kind == QuantityKind::kTime) {
@@ -154,15 +153,15 @@ void add_fitted_steps(const std::vector<const Row*>& series, QuantityKind kind, 
 
 }  // namespace
 
-Recorded record_history(const std::string& store, const std::vector<Row>& rows) {
+Recorded record_history(const std::string& store, const std::vector<Result>& rows) {
   Recorded recorded;
   fs::create_directories(store);
   const volumes::FolderLock lock(store);
   std::map<std::string, std::string> fresh;  // text to append by machine
   std::map<std::string, std::set<std::string>> known;
-  for (const auto& [key, row] : latest_by(rows, "key")) {
-    if (row.value("status", "") != kOk) continue;
-    const std::string machine = row.at("provenance").value("machine", "unknown");
+  for (const auto& [key, row] : latest_by(rows, &Result::key)) {
+    if (!row.is_ok()) continue;
+    const std::string& machine = row.provenance.machine;
     if (!is_fingerprint(machine))
       throw volumes::InputError(fmt::format(
           "{}: expected a machine of letters, digits, - and _, which names a file, found '{}'", key,

@@ -21,7 +21,7 @@ struct Recorded {
 };
 /// Appends the figures of the last row of each cell that is ok; those of a revision, time and key
 /// that are there already are left out. Throws InputError and std::system_error.
-Recorded record_history(const std::string& store, const std::vector<Row>& rows);
+Recorded record_history(const std::string& store, const std::vector<Result>& rows);
 
 /// A change in a series: of times and counts by the fit, of exact figures each.
 struct HistoryStep {

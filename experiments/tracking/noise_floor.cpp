@@ -58,12 +58,12 @@ NoiseFloors load_floors(const std::string& path, const std::string& machine,
   return floors;
 }
 
-void store_floors(const std::string& path, const Row& provenance, const std::string& config,
+void store_floors(const std::string& path, const Provenance& provenance, const std::string& config,
                   Arrangement arrangement, const Row& measured) {
   Row file = load(path);
-  Row& machine = file[provenance.at("machine").get<std::string>()];
-  machine["cpu"] = provenance.value("cpu", "");
-  machine["cores"] = provenance.value("cores", 0);
+  Row& machine = file[provenance.machine];
+  machine["cpu"] = provenance.cpu;
+  machine["cores"] = provenance.cores;
   machine["time"] = utc_now();
   machine["config"] = config;
   machine[std::string(name_of(arrangement))] = measured;

@@ -48,7 +48,7 @@ NoiseFloors load_floors(const std::string& path, const std::string& machine,
                         Arrangement arrangement);
 /// Puts `measured` (kind of time -> the object above) in the place of what the file says of the
 /// machine and arrangement.
-void store_floors(const std::string& path, const Row& provenance, const std::string& config,
+void store_floors(const std::string& path, const Provenance& provenance, const std::string& config,
                   Arrangement arrangement, const Row& measured);
 
 }  // namespace cvr::experiments

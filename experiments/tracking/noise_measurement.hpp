@@ -9,7 +9,7 @@
 namespace cvr::experiments {
 
 /// Two measurements of one build.
-using Repeat = std::pair<std::vector<Row>, std::vector<Row>>;
+using Repeat = std::pair<std::vector<Result>, std::vector<Result>>;
 
 /// By kind of time, over all cells of all repeats but those of memcpy: `floor`, twice the largest
 /// gap between quartile ranges, at least 5 % (paired) or 10 %; `cells`, and `median` and `largest`

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "experiments/tracking/json_shape.hpp"
-
 namespace cvr::experiments {
 
 namespace {
@@ -25,12 +23,10 @@ void add_exact(const Row& row, const std::string& name, std::vector<Quantity>& o
   }
 }
 
-void add_counted(const Row& row, const std::string& key, const std::string& name,
-                 std::vector<Quantity>& out) {
-  if (row.contains(key) && row.at(key).is_number()) {
+void add_counted(const Count& count, const std::string& name, std::vector<Quantity>& out) {
+  if (count)
     out.push_back(
-        {.name = name, .kind = QuantityKind::kCounted, .number = row.at(key).get<double>()});
-  }
+        {.name = name, .kind = QuantityKind::kCounted, .number = static_cast<double>(*count)});
 }
 
 void add_time(std::vector<double> samples, const std::string& name, const char* unit,
@@ -43,15 +39,10 @@ void add_time(std::vector<double> samples, const std::string& name, const char* 
                  .noise_class = noise_class});
 }
 
-std::vector<double> samples_in(const Row& statistics) {
-  return statistics.value("samples", std::vector<double>{});
-}
-
 /// The mean of each round's frames.
-std::vector<double> round_means(const Row& rounds) {
+std::vector<double> round_means(const std::vector<std::vector<double>>& rounds) {
   std::vector<double> means;
-  for (const Row& round : rounds) {
-    const auto frames = round.get<std::vector<double>>();
+  for (const auto& frames : rounds) {
     if (frames.empty()) continue;
     means.push_back(std::accumulate(frames.begin(), frames.end(), 0.0) /
                     static_cast<double>(frames.size()));
@@ -59,71 +50,53 @@ std::vector<double> round_means(const Row& rounds) {
   return means;
 }
 
-void add_times(const Row& row, std::vector<Quantity>& out) {
-  const std::string stage = row.value("stage", "");
+void add_times(const Result& row, std::vector<Quantity>& out) {
+  const std::string& stage = row.stage;
   if (stage == "encode" || stage == "decode" || stage == "label-statistics") {
     const std::string_view noise_class = stage == "encode" ? kNoiseClasses[0] : kNoiseClasses[1];
-    add_time(samples_in(row.at("time").at("seconds")), stage, "s", noise_class, out);
-    if (row.contains("steps")) {
-      for (const Row& step : row.at("steps")) {
-        if (step.contains("seconds"))
-          add_time(samples_in(step.at("seconds")),
-                   fmt::format("{} step {}", stage, step.value("name", "?")), "s", noise_class,
-                   out);
-      }
+    if (row.time && row.time->seconds)
+      add_time(row.time->seconds->samples, stage, "s", noise_class, out);
+    for (const Parts::Step& step : row.steps.value_or(std::vector<Parts::Step>())) {
+      if (step.seconds)
+        add_time(step.seconds->samples, fmt::format("{} step {}", stage, step.name), "s",
+                 noise_class, out);
     }
   }
-  if (row.contains("access")) {
-    for (const Row& series : row.at("access")) {
-      add_time(
-          samples_in(series.at("ns_per_voxel")),
-          fmt::format("access {} level {}", series.value("points", "?"), series.value("lod", 0)),
-          "ns", kNoiseClasses[2], out);
-    }
+  for (const Parts::Access& series : row.access.value_or(std::vector<Parts::Access>())) {
+    if (series.ns_per_voxel)
+      add_time(series.ns_per_voxel->samples,
+               fmt::format("access {} level {}", series.points, series.lod), "ns", kNoiseClasses[2],
+               out);
   }
-  if (row.contains("frames"))
-    add_time(round_means(row.at("frames").value("ms", Row::array())), "frame", "ms",
-             kNoiseClasses[3], out);
-  if (row.contains("held"))
-    add_time(round_means(row.at("held").value("ms", Row::array())), "held frame", "ms",
-             kNoiseClasses[4], out);
-}
-
-std::vector<Quantity> read_quantities(const Row& row) {
-  std::vector<Quantity> all;
-  if (row.value("status", "") != kOk) return all;
-  for (const char* part : {"size", "error"}) {
-    if (row.contains(part)) add_exact(row.at(part), part, all);
-  }
-  if (row.contains("verification")) {
-    // How far a picture is from the reference depends on the device's arithmetic; wrong pixels and
-    // voxels do not.
-    for (const char* count :
-         {"voxels_compared", "mismatches", "pixels_compared", "label_mismatches"}) {
-      if (row.at("verification").contains(count)) {
-        all.push_back({.name = fmt::format("verification.{}", count),
-                       .kind = QuantityKind::kExact,
-                       .number = row.at("verification").at(count).get<double>()});
-      }
-    }
-  }
-  if (row.contains("counters")) {
-    for (const auto& [name, value] : row.at("counters").items())
-      add_counted(row.at("counters"), name, "counters." + name, all);
-  }
-  if (row.contains("memory")) {
-    add_counted(row.at("memory"), "gpu_bytes", "memory.gpu_bytes", all);
-    add_counted(row.at("memory"), "peak_bytes", "memory.peak_bytes", all);
-  }
-  add_times(row, all);
-  return all;
+  if (row.frames) add_time(round_means(row.frames->ms), "frame", "ms", kNoiseClasses[3], out);
+  if (row.held) add_time(round_means(row.held->ms), "held frame", "ms", kNoiseClasses[4], out);
 }
 
 }  // namespace
 
-std::vector<Quantity> quantities_of(const Row& row) {
-  return expecting_shape("a row", "the fields of results/schema/row.schema.json",
-                         [&] { return read_quantities(row); });
+std::vector<Quantity> quantities_of(const Result& row) {
+  std::vector<Quantity> all;
+  if (!row.is_ok()) return all;
+  if (row.size) add_exact(to_json(*row.size), "size", all);
+  if (row.error) add_exact(to_json(*row.error), "error", all);
+  if (row.verification) {
+    // How far a picture is from the reference depends on the device's arithmetic; wrong pixels and
+    // voxels do not.
+    const Row verification = to_json(*row.verification);
+    for (const char* count :
+         {"voxels_compared", "mismatches", "pixels_compared", "label_mismatches"}) {
+      if (const auto found = verification.find(count); found != verification.end())
+        add_exact({{count, *found}}, "verification", all);
+    }
+  }
+  for (const auto& [name, count] : row.counters.value_or(Named<std::uint64_t>()))
+    add_counted(count, "counters." + name, all);
+  if (row.memory) {
+    add_counted(row.memory->gpu_bytes, "memory.gpu_bytes", all);
+    add_counted(row.memory->peak_bytes, "memory.peak_bytes", all);
+  }
+  add_times(row, all);
+  return all;
 }
 
 double tolerance_of(const Quantity& quantity) {

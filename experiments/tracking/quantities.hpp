@@ -38,7 +38,7 @@ inline constexpr std::array<std::string_view, 5> kNoiseClasses{"encode", "decode
                                                                "frame", "held frame"};
 
 /// Of a row whose status is ok, in a fixed order; of another nothing.
-std::vector<Quantity> quantities_of(const Row& row);
+std::vector<Quantity> quantities_of(const Result& row);
 
 /// Largest relative difference that says nothing: 0 of what is exact but for errors (10^-9: sums in
 /// another order).

@@ -63,8 +63,8 @@ class Isolation : public testing::Test {
     const Config config = load_config(program_ / "c.yaml", Catalogue(), {setting});
     summary_ = run_config(config, options);
     std::map<std::string, json> rows;
-    for (const Row& row : load_rows(out + "/rows.jsonl"))
-      rows[row["codec"]["id"].get<std::string>()] = row;
+    for (const Result& result : load_rows(out + "/rows.jsonl"))
+      rows[result.codec.id] = to_row(result);
     return rows;
   }
 
@@ -128,13 +128,13 @@ TEST_F(Isolation, PartsNeverReplaceWhatTheRunKnows) {
                   "}'; while read -r line; do [ \"$line\" = stop ] && exit 0; "
                   "echo '{\"event\":\"round\",\"samples\":[[\"encode\",1,1,1]]}'; done");
   };
-  for (const char* parts :
-       {R"({"status":5})", R"({"cell":"x"})", R"({"key":[]})", R"({"time":"never"})"}) {
+  for (const char* parts : {R"({"status":5})", R"({"cell":"x"})", R"({"key":[]})",
+                            R"({"time":"never"})", R"({"access":{}})"}) {
     const json row = with_parts(parts);
     EXPECT_EQ(row["status"], "failed") << parts;
     EXPECT_THAT(row["reason"].get<std::string>(), HasSubstr("gave answers that are none")) << parts;
   }
-  EXPECT_EQ(with_parts(R"({"frames":{},"access":{}})")["status"], "ok");
+  EXPECT_EQ(with_parts(R"({"frames":{},"access":[],"later":5})")["status"], "ok");
 }
 
 TEST_F(Isolation, AnEndBeforeTheAnswerIsARow) {

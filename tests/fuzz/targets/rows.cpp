@@ -7,20 +7,21 @@
 CVR_FUZZ_TARGET(rows, input) {
   static const cvr::fuzz::InputFolder kFolder;
   const std::string path = kFolder.write("rows.jsonl", input);
-  std::vector<cvr::experiments::Row> rows;
+  std::vector<cvr::experiments::Result> rows;
   try {
     rows = cvr::experiments::load_rows(path);
-    cvr::experiments::latest_by(rows, "cell");
+    cvr::experiments::latest_by(rows, &cvr::experiments::Result::cell);
     const auto report = cvr::experiments::compare_rows(rows, rows, {});
     cvr::experiments::describe(report, true);
     cvr::experiments::compare_to_rows(report);
   } catch (const cvr::volumes::InputError&) {
   }
   try {
-    cvr::experiments::Row row;
-    for (const char* field : {"cell", "key", "status"}) row[field] = "text";
+    cvr::experiments::Result row;
+    row.cell = row.key = "text";
+    row.status = "ok";
     cvr::experiments::RowWriter(path).append(row);
-    if (cvr::experiments::load_rows(path).back() != row) std::abort();
+    if (to_row(cvr::experiments::load_rows(path).back()) != to_row(row)) std::abort();
   } catch (const cvr::volumes::InputError&) {
   }
 }

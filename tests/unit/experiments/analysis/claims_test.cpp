@@ -8,8 +8,10 @@
 #include <functional>
 
 #include "experiments/analysis/table_formats.hpp"
+#include "experiments/results/measured.hpp"
 #include "experiments/run/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
+#include "tests/unit/experiments/results_of.hpp"
 #include "tests/unit/experiments/stage.hpp"
 #include "volumes/error.hpp"
 
@@ -57,7 +59,7 @@ class ClaimsTest : public testing::Test {
   }
   ClaimVerdict judge(const std::string& keys, const Fill& fill) {
     config_ = load(keys);
-    verdicts_ = judge_claims(config_, rows(fill));
+    verdicts_ = judge_claims(config_, results_of(rows(fill)));
     return verdicts_.front();
   }
   /// Of the first group.
@@ -97,9 +99,12 @@ Fill times(const std::vector<double>& left, const std::vector<double>& right) {
   return [=](const Cell& cell, Row& row) {
     if (cell.stage->id != "encode") return;
     const auto& samples = cell.codec == "bc4" ? right : left;
+    if (samples.empty()) return;
     double sum = 0;
     for (const double s : samples) sum += s;
+    const Repeated seconds = describe_samples(samples);
     row["time"]["seconds"] = {{"median", sum / static_cast<double>(samples.size())},
+                              {"interval", seconds.interval},
                               {"samples", samples}};
     row["time"]["mvoxel_per_s"] = static_cast<double>(samples.size()) / sum;
   };

@@ -1,6 +1,7 @@
 // CSV as RFC 4180 has it, of tables and of rows.
 #include "experiments/analysis/csv.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "experiments/tracking/export.hpp"
@@ -16,10 +17,19 @@ TEST(Csv, FieldsAreEscapedAndLinesEndAsAsked) {
 }
 
 TEST(Csv, RowsAreLinesAndTheirPlacesColumns) {
-  const std::vector<Row> rows{
-      {{"key", "a|b,c"}, {"size", {{"bytes", 5}, {"rate", nullptr}}}, {"list", {1, 2}}},
-      {{"key", "d"}, {"ok", true}, {"size", {{"bytes", 0.5}}}}};
-  EXPECT_EQ(to_csv(rows), "key,size.bytes,size.rate,ok\r\n\"a|b,c\",5,,\r\nd,0.5,,true\r\n");
+  std::vector<Result> rows(2);
+  rows[0].key = std::string("a|b,c");
+  rows[0].error.emplace().edge_voxels = 5;
+  rows[0].access.emplace();
+  rows[1].key = std::string("d");
+  rows[1].error.emplace().exact = true;
+  rows[1].size.emplace().rate = 0.5;
+  const std::string text = to_csv(rows);
+  EXPECT_THAT(text, testing::StartsWith("schema,cell,key,"));
+  EXPECT_THAT(text, testing::HasSubstr(",error.edge_voxels,size.rate\r\n"));
+  EXPECT_THAT(text, testing::HasSubstr("\r\n1,,\"a|b,c\","));
+  EXPECT_THAT(text, testing::HasSubstr(",false,,,,,,5,\r\n1,,d,"));
+  EXPECT_THAT(text, testing::EndsWith(",true,,,,,,,0.5\r\n"));
   EXPECT_EQ(to_csv({}), "\r\n");
 }
 

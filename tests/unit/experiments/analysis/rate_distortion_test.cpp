@@ -11,6 +11,7 @@
 #include "codecs/registry.hpp"
 #include "experiments/analysis/table_formats.hpp"
 #include "experiments/analysis/tables.hpp"
+#include "tests/unit/experiments/results_of.hpp"
 #include "tests/unit/experiments/stage.hpp"
 
 namespace cvr::experiments {
@@ -134,7 +135,7 @@ TEST_F(CurveTables, MarkTheFrontAndSayWhatIsExact) {
   spec.name = spec.title = "t";
   spec.rows = {"codec", "block_bits"};
   spec.columns = {"bits_per_voxel", "volume_psnr_db", "largest_error", "pareto"};
-  EXPECT_EQ(render(make_table(spec, config_, rows_), TableFormat::kCsv),
+  EXPECT_EQ(render(make_table(spec, config_, results_of(rows_)), TableFormat::kCsv),
             "codec,block_bits,bits/voxel,PSNR dB,max error,front\n"
             "zfp,32,0.5000,30.00,12.5,\nzfp,64,1.0000,36.00,12.5,\nzfp,128,2.0000,42.00,12.5,\nzfp,"
             "256,4.0000,48.00,12.5,\n"
@@ -149,7 +150,7 @@ TEST_F(CurveTables, CompareCurvesWithTheReference) {
   spec.name = spec.title = "t";
   spec.rows = {"dataset", "codec", "mode"};
   spec.bd_reference = "zfp rate";
-  const Table table = make_table(spec, config_, rows_);
+  const Table table = make_table(spec, config_, results_of(rows_));
   EXPECT_EQ(render(table, TableFormat::kCsv),
             "dataset,codec,mode,points,bits/voxel,PSNR dB,BD-PSNR dB,over\n"
             "blob,zfp,rate,5,0.500 .. 32.000,30.00 .. exact,+0.00,0.500 .. 4.000\n"
@@ -168,7 +169,7 @@ TEST_F(CurveTables, CompareCurvesWithTheReference) {
   EXPECT_EQ(table.lines[1].cells[7].number, 0.5);
   EXPECT_FALSE(table.lines[2].cells[6].number);
   spec.bd_reference = "tvq";
-  const auto notes = notes_of(make_table(spec, config_, rows_));
+  const auto notes = notes_of(make_table(spec, config_, results_of(rows_)));
   EXPECT_EQ(std::ranges::count(notes, "blob has no curve 'tvq' to compare with."), 1);
 }
 

@@ -9,6 +9,7 @@
 #include "experiments/stages/frame_times.hpp"
 #include "gpu/caches/cache.hpp"
 #include "tests/samples/scratch_folder.hpp"
+#include "tests/unit/experiments/results_of.hpp"
 #include "tests/unit/experiments/stage.hpp"
 
 namespace cvr::experiments {
@@ -28,21 +29,21 @@ TEST(FrameTimes, LaterRoundsCountAndTheFirstStandsApart) {
     }
     measured.add(samples);
   }
-  const Row frames = describe_frames(measured);
-  EXPECT_EQ(frames["count"], 2);
-  EXPECT_EQ(frames["rounds"], 3);
-  EXPECT_DOUBLE_EQ(frames["mean_ms"].get<double>(), (1 + 2 + 2 + 4) / 4.0);
-  EXPECT_DOUBLE_EQ(frames["median_ms"].get<double>(), 2);
-  EXPECT_DOUBLE_EQ(frames["first_round_mean_ms"].get<double>(), 6);
-  EXPECT_DOUBLE_EQ(frames["first_frame_ms"].get<double>(), 2) << "median of 4, 1 and 2";
-  EXPECT_EQ(frames["first"].size(), 2u);
-  EXPECT_DOUBLE_EQ(frames["passes"]["render"]["mean_ms"].get<double>(), 1.5);
-  EXPECT_DOUBLE_EQ(frames["passes"]["decode"]["median_ms"].get<double>(), 0.5);
-  EXPECT_DOUBLE_EQ(frames["host_median_ms"].get<double>(), 5);
-  EXPECT_EQ(frames["incomplete"]["first"], 7);
-  EXPECT_EQ(frames["incomplete"]["largest"], 7.0);
-  ASSERT_EQ(frames["ms"].size(), 3u);
-  EXPECT_DOUBLE_EQ(frames["ms"][2][1].get<double>(), 4);
+  const Parts::Frames frames = describe_frames(measured).value();
+  EXPECT_EQ(frames.count, 2u);
+  EXPECT_EQ(frames.rounds, 3u);
+  EXPECT_DOUBLE_EQ(frames.mean_ms.value(), (1 + 2 + 2 + 4) / 4.0);
+  EXPECT_DOUBLE_EQ(frames.median_ms.value(), 2);
+  EXPECT_DOUBLE_EQ(frames.first_round_mean_ms.value(), 6);
+  EXPECT_DOUBLE_EQ(frames.first_frame_ms.value(), 2) << "median of 4, 1 and 2";
+  EXPECT_EQ(frames.first.size(), 2u);
+  EXPECT_DOUBLE_EQ(frames.passes->find("render")->mean_ms, 1.5);
+  EXPECT_DOUBLE_EQ(frames.passes->find("decode")->median_ms, 0.5);
+  EXPECT_DOUBLE_EQ(frames.host_median_ms.value(), 5);
+  EXPECT_EQ(frames.incomplete->first, 7u);
+  EXPECT_EQ(frames.incomplete->largest, 7.0);
+  ASSERT_EQ(frames.ms.size(), 3u);
+  EXPECT_DOUBLE_EQ(frames.ms[2][1], 4);
 }
 
 TEST(FrameTimes, HeldFramesHaveTheSameStatisticsAndStandApart) {
@@ -55,36 +56,37 @@ TEST(FrameTimes, HeldFramesHaveTheSameStatisticsAndStandApart) {
     }
     measured.add(samples);
   }
-  const Row held = describe_held_frames(measured);
-  EXPECT_EQ(held["count"], 3);
-  EXPECT_EQ(held["rounds"], 3);
-  EXPECT_DOUBLE_EQ(held["mean_ms"].get<double>(), (1 + 2 + 3 + 3 + 6 + 9) / 6.0);
-  EXPECT_DOUBLE_EQ(held["median_ms"].get<double>(), 3);
-  EXPECT_DOUBLE_EQ(held["passes"]["render"]["mean_ms"].get<double>(), 2);
-  EXPECT_DOUBLE_EQ(held["host_median_ms"].get<double>(), 7);
-  EXPECT_EQ(held["incomplete"]["largest"], 5.0);
-  EXPECT_FALSE(held.contains("first_frame_ms")) << "no held frame is a first one";
-  const Row frames = describe_frames(measured);
-  EXPECT_EQ(frames["count"], 1);
-  EXPECT_EQ(frames["passes"].size(), 1u);
-  EXPECT_DOUBLE_EQ(frames["passes"]["render"]["mean_ms"].get<double>(), 1000);
+  Parts::Held held;
+  ASSERT_TRUE(add_held_frames(measured, held));
+  EXPECT_EQ(held.count, 3u);
+  EXPECT_EQ(held.rounds, 3u);
+  EXPECT_DOUBLE_EQ(held.mean_ms.value(), (1 + 2 + 3 + 3 + 6 + 9) / 6.0);
+  EXPECT_DOUBLE_EQ(held.median_ms.value(), 3);
+  EXPECT_DOUBLE_EQ(held.passes->find("render")->mean_ms, 2);
+  EXPECT_DOUBLE_EQ(held.host_median_ms.value(), 7);
+  EXPECT_EQ(held.incomplete->largest, 5.0);
+  const Parts::Frames frames = describe_frames(measured).value();
+  EXPECT_EQ(frames.count, 1u);
+  EXPECT_EQ(frames.passes->size(), 1u);
+  EXPECT_DOUBLE_EQ(frames.passes->find("render")->mean_ms, 1000);
   Measured without;
   without.add({{"path", 0, 0, 1}, {"frame", 1, 0, 0}});
-  EXPECT_TRUE(describe_held_frames(without).is_null());
+  EXPECT_FALSE(add_held_frames(without, held));
 }
 
 TEST(FrameTimes, ASingleRoundIsAllThereIs) {
   Measured measured;
   measured.add({{"path", 0, 0, 1}, {"frame", 3e-3, 0, 0}, {"pass/render", 3e-3, 0, 0}});
-  const Row frames = describe_frames(measured);
-  EXPECT_DOUBLE_EQ(frames["mean_ms"].get<double>(), 3);
-  EXPECT_DOUBLE_EQ(frames["first_round_mean_ms"].get<double>(), 3);
-  EXPECT_DOUBLE_EQ(frames["passes"]["render"]["mean_ms"].get<double>(), 3);
+  const Parts::Frames frames = describe_frames(measured).value();
+  EXPECT_DOUBLE_EQ(frames.mean_ms.value(), 3);
+  EXPECT_DOUBLE_EQ(frames.first_round_mean_ms.value(), 3);
+  EXPECT_DOUBLE_EQ(frames.passes->find("render")->mean_ms, 3);
 }
 
 std::string text_of(const char* metric, const Row& row) {
+  const auto result = from_json<Result>(row);
   LineContext line;
-  line.rows["render"] = &row;
+  line.rows["render"] = &result;
   return find_metric(metric)->read(line).text;
 }
 
@@ -191,7 +193,7 @@ std::vector<std::string> notes_of(const Table& table) {
 }
 
 TEST_F(RenderTable, OneColumnForEachCombinationMeasuredAndPublished) {
-  const Table table = make_table(spec_, config_, rows());
+  const Table table = make_table(spec_, config_, results_of(rows()));
   EXPECT_THAT(headings_of(table),
               ElementsAre("codec", "cache", "local a", "local b", "ao a", "ao b"));
   ASSERT_EQ(table.lines.size(), 2u);
@@ -211,7 +213,7 @@ TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
   spec_.pivot->metric = "frame_held_ms";
   auto with_held = rows();
   with_held[3]["held"]["median_ms"] = 0.25;
-  const Table table = make_table(spec_, config_, with_held);
+  const Table table = make_table(spec_, config_, results_of(with_held));
   EXPECT_THAT(texts_of(table.lines[1]),
               ElementsAre("raw", "voxel", "1", "6", "3; 0.25 (9.7)", "8"));
   EXPECT_EQ(table.lines[1].cells[4].number, 3) << "the first figure of several";
@@ -220,23 +222,23 @@ TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
 }
 
 TEST_F(RenderTable, TimesOfASoftwareDeviceCarryTheWarning) {
-  const Table table = make_table(spec_, config_, rows());
+  const Table table = make_table(spec_, config_, results_of(rows()));
   EXPECT_THAT(notes_of(table), testing::Contains("Drawn on: pipe (software, D)."));
   EXPECT_THAT(notes_of(table),
               testing::Contains(HasSubstr("CPU times, not comparable with those of a GPU")));
   auto on_gpu = rows();
   for (Row& row : on_gpu) row["device"]["type"] = "discrete";
-  EXPECT_THAT(notes_of(make_table(spec_, config_, on_gpu)),
+  EXPECT_THAT(notes_of(make_table(spec_, config_, results_of(on_gpu))),
               testing::Not(testing::Contains(HasSubstr("not comparable"))));
 }
 
 TEST_F(RenderTable, PicturesAndVoxelsAreNotMixed) {
   spec_.pivot.reset();
   spec_.columns = {"frame_ms"};
-  EXPECT_EQ(make_table(spec_, config_, rows()).lines.size(), 8u);
+  EXPECT_EQ(make_table(spec_, config_, results_of(rows())).lines.size(), 8u);
   spec_.rows = {"dataset", "codec"};
   spec_.columns = {"encode_seconds"};
-  EXPECT_EQ(make_table(spec_, config_, rows()).lines.size(), 2u);
+  EXPECT_EQ(make_table(spec_, config_, results_of(rows())).lines.size(), 2u);
 }
 
 TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {

@@ -9,6 +9,7 @@
 #include "experiments/analysis/table_formats.hpp"
 #include "experiments/config/published.hpp"
 #include "tests/samples/scratch_folder.hpp"
+#include "tests/unit/experiments/results_of.hpp"
 #include "tests/unit/experiments/stage.hpp"
 #include "volumes/error.hpp"
 
@@ -70,7 +71,7 @@ class TableTest : public testing::Test {
 };
 
 TEST_F(TableTest, Markdown) {
-  EXPECT_EQ(render(make_table(spec_, config_, rows()), TableFormat::kMarkdown),
+  EXPECT_EQ(render(make_table(spec_, config_, results_of(rows())), TableFormat::kMarkdown),
             "### Title\n\n"
             "| dataset | codec       | brick | rate % | published % | ours/published | encode s |  "
             " access "
@@ -98,14 +99,15 @@ TEST_F(TableTest, Markdown) {
 }
 
 TEST_F(TableTest, Csv) {
-  EXPECT_EQ(render(make_table(spec_, config_, rows()), TableFormat::kCsv),
+  EXPECT_EQ(render(make_table(spec_, config_, results_of(rows())), TableFormat::kCsv),
             "dataset,codec,brick,rate %,published %,ours/published,encode s,access ns,exact\n"
             "blob,memcpy,,,,,0.125,,\n"
             "blob,csgv-nibble,32,2.000,2.500,0.800,0.125,unsupported,0 of 6000 differ\n");
 }
 
 TEST_F(TableTest, LatexEscapes) {
-  const std::string text = render(make_table(spec_, config_, rows()), TableFormat::kLatex);
+  const std::string text =
+      render(make_table(spec_, config_, results_of(rows())), TableFormat::kLatex);
   EXPECT_THAT(text, testing::HasSubstr("\\begin{tabular}{lllrrrrrr}\n"));
   EXPECT_THAT(text, testing::HasSubstr("rate \\% & published \\%"));
   EXPECT_THAT(text, testing::HasSubstr("blob & csgv-nibble & 32 & 2.000 & 2.500 & 0.800 & 0.125 & "
@@ -116,7 +118,8 @@ TEST_F(TableTest, AFailedCellHasItsStatusInsteadOfFigures) {
   auto failed = rows();
   failed[1]["status"] = "failed";
   failed[1]["reason"] = "3 of 6000 decoded voxels differ from the original";
-  const std::string text = render(make_table(spec_, config_, failed), TableFormat::kCsv);
+  const std::string text =
+      render(make_table(spec_, config_, results_of(failed)), TableFormat::kCsv);
   EXPECT_THAT(text, testing::HasSubstr("csgv-nibble,32,failed,2.500,,failed,unsupported"));
 }
 
@@ -128,7 +131,7 @@ TEST_F(TableTest, CellsThatWereNotRunAreNamed) {
 
 TEST_F(TableTest, ConditionsTakeLinesAwayButKeepMemcpy) {
   spec_.where = {{"brick", "64"}};
-  const Table table = make_table(spec_, config_, rows());
+  const Table table = make_table(spec_, config_, results_of(rows()));
   ASSERT_EQ(table.lines.size(), 1u);
   EXPECT_EQ(table.lines[0].cells[1].text, "memcpy");
 }
@@ -137,9 +140,11 @@ TEST_F(TableTest, JsonHoldsTheNumbersBehindTheTexts) {
   spec_.columns = {"published_rate", "encode_seconds", "exact", "pareto"};
   auto measured = rows();
   measured[1]["time"]["seconds"]["samples"] = {0.25, 0.125, 0.0625};
+  measured[1]["time"]["seconds"]["interval"] = {0.0625, 0.25};
   measured[1]["size"]["published_rate"] = 2.00049;
   measured[1]["size"]["bits_per_voxel"] = 0.5;
-  const Row table = Row::parse(render(make_table(spec_, config_, measured), TableFormat::kJson));
+  const Row table =
+      Row::parse(render(make_table(spec_, config_, results_of(measured)), TableFormat::kJson));
   EXPECT_EQ(table["schema"], 1);
   EXPECT_EQ(table["name"], "t");
   EXPECT_EQ(table["title"], "Title");
@@ -167,7 +172,7 @@ TEST_F(TableTest, TextFromOutsideIsEscapedInEachFormat) {
   spec_.title = "T*\n#";
   auto hostile = rows();
   hostile[2]["reason"] = "a `b` <c>\n- d\x1b[2J";
-  const Table table = make_table(spec_, config_, hostile);
+  const Table table = make_table(spec_, config_, results_of(hostile));
   EXPECT_THAT(render(table, TableFormat::kMarkdown),
               testing::AllOf(testing::StartsWith("### T\\*\\n#\n"),
                              testing::HasSubstr("a \\`b\\` \\<c>\\n- d\\x1b[2J (csgv-nibble)\n")));

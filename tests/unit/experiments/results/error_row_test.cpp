@@ -13,7 +13,7 @@ namespace {
 using volumes::VoxelType;
 
 /// The errors of `decoded` against `truth`, whole volumes of scalars.
-Row errors_of(const volumes::Volume& truth, const volumes::Volume& decoded) {
+Parts::Error errors_of(const volumes::Volume& truth, const volumes::Volume& decoded) {
   const volumes::MemorySource source(truth);
   volumes::ErrorSink sink(source);
   std::memcpy(sink.begin(0, truth.extent().z), decoded.data(), truth.info().bytes());
@@ -38,35 +38,35 @@ volumes::Volume ramp(VoxelType type, std::uint64_t steps = 1) {
 
 TEST(ErrorRow, EqualVolumesHaveNoPsnr) {
   const auto volume = ramp(VoxelType::kU8);
-  const Row row = errors_of(volume, volume);
-  EXPECT_TRUE(row["exact"].get<bool>());
-  EXPECT_TRUE(row["psnr_db"].is_null());
-  EXPECT_TRUE(row["edge_psnr_db"].is_null());
-  EXPECT_EQ(row["mean_squared_error"], 0);
-  EXPECT_FALSE(row.contains("relative_error"));
-  EXPECT_FALSE(row.contains("time_steps"));
+  const Parts::Error error = errors_of(volume, volume);
+  EXPECT_TRUE(error.exact);
+  EXPECT_FALSE(error.psnr_db);
+  EXPECT_FALSE(error.edge_psnr_db);
+  EXPECT_EQ(error.mean_squared_error.value(), 0);
+  EXPECT_FALSE(error.relative_error);
+  EXPECT_FALSE(error.time_steps);
 }
 
 TEST(ErrorRow, SeriesAndFloatsTellMore) {
   const auto truth = ramp(VoxelType::kF32, 2);
   auto decoded = truth;
   decoded.voxels<float>()[100] += 1;
-  const Row row = errors_of(truth, decoded);
-  EXPECT_FALSE(row["exact"].get<bool>());
-  EXPECT_EQ(row["time_steps"], 2);
-  EXPECT_EQ(row["worst_step"], 1);
-  EXPECT_TRUE(row["worst_step_psnr_db"].is_number());
-  EXPECT_TRUE(row["relative_error"]["p99"].is_number());
+  const Parts::Error error = errors_of(truth, decoded);
+  EXPECT_FALSE(error.exact);
+  EXPECT_EQ(error.time_steps, 2u);
+  EXPECT_EQ(error.worst_step, 1u);
+  EXPECT_TRUE(error.worst_step_psnr_db.value());
+  EXPECT_TRUE(*error.relative_error->find("p99"));
 }
 
 TEST(ErrorRow, InfinityIsNull) {
   const auto truth = ramp(VoxelType::kF32);
   auto decoded = truth;
   decoded.voxels<float>()[3] = std::numeric_limits<float>::quiet_NaN();
-  const Row row = errors_of(truth, decoded);
-  EXPECT_TRUE(row["largest_error"].is_null());
-  EXPECT_TRUE(row["psnr_db"].is_null());
-  EXPECT_FALSE(row["exact"].get<bool>());
+  const Parts::Error error = errors_of(truth, decoded);
+  EXPECT_FALSE(error.largest_error);
+  EXPECT_FALSE(error.psnr_db);
+  EXPECT_FALSE(error.exact);
 }
 
 }  // namespace

@@ -10,42 +10,39 @@ namespace cvr::experiments {
 namespace {
 
 TEST(Provenance, NamesLibrariesFeaturesAndSettings) {
-  const Row p = describe_machine_and_build();
-  EXPECT_EQ(p["libc"], std::string("glibc ") + gnu_get_libc_version());
-  EXPECT_EQ(p["libraries"]["zstd"], ZSTD_versionString());
+  const Provenance p = describe_machine_and_build();
+  EXPECT_EQ(p.libc, std::string("glibc ") + gnu_get_libc_version());
+  EXPECT_EQ(*p.libraries->find("zstd"), ZSTD_versionString());
   for (const char* library : {"zstd", "liblzma", "zlib", "hdf5", "zfp", "xxhash"})
-    EXPECT_THAT(p["libraries"].value(library, ""), testing::ContainsRegex("^[0-9]+\\.[0-9]+"))
-        << library;
-  EXPECT_FALSE(p["libraries"].value("astcenc", "").empty());
-  const auto present = p["cpu_features"]["present"].get<std::vector<std::string>>();
-  for (const Row& compiled : p["cpu_features"]["compiled"])
-    EXPECT_THAT(present, testing::Contains(compiled.get<std::string>()))
+    EXPECT_THAT(*p.libraries->find(library), testing::ContainsRegex("^[0-9]+\\.[0-9]+")) << library;
+  EXPECT_FALSE(p.libraries->find("astcenc")->empty());
+  for (const std::string& compiled : p.cpu_features->compiled)
+    EXPECT_THAT(p.cpu_features->present, testing::Contains(compiled))
         << "this program could not run";
 #ifdef __AVX2__
-  EXPECT_THAT(p["cpu_features"]["compiled"].get<std::vector<std::string>>(),
-              testing::Contains("avx2"));
+  EXPECT_THAT(p.cpu_features->compiled, testing::Contains("avx2"));
 #endif
-  for (const char* setting : {"governor", "turbo", "huge_pages"})
-    EXPECT_FALSE(p.value(setting, "").empty()) << setting;
+  for (const auto* setting : {&p.governor, &p.turbo, &p.huge_pages})
+    EXPECT_FALSE(setting->value().empty());
 }
 
 TEST(Provenance, TheFingerprintOfTheMachineIsOfProcessorCoresAndMemoryAlone) {
-  const Row p = describe_machine_and_build();
+  const Provenance p = describe_machine_and_build();
   const std::string text =
-      p["cpu"].dump() + "|" + p["cores"].dump() + "|" + p["memory_bytes"].dump();
+      Row(p.cpu).dump() + "|" + std::to_string(p.cores) + "|" + std::to_string(p.memory_bytes);
   char digits[17];
   snprintf(digits, sizeof digits, "%016llx",
            static_cast<unsigned long long>(XXH3_64bits(text.data(), text.size())));
-  EXPECT_EQ(p["machine"], digits);
+  EXPECT_EQ(p.machine, digits);
 }
 
 TEST(Provenance, RoundsMixAcrossSettingsButNotAcrossLibraries) {
-  Row p = describe_machine_and_build();
+  Provenance p = describe_machine_and_build();
   const std::string before = what_times_depend_on(p);
-  p["governor"] = "another";
-  p["huge_pages"] = "another";
+  p.governor = "another";
+  p.huge_pages = "another";
   EXPECT_EQ(what_times_depend_on(p), before);
-  p["libraries"]["zstd"] = "another";
+  (*p.libraries)["zstd"] = "another";
   EXPECT_NE(what_times_depend_on(p), before);
 }
 

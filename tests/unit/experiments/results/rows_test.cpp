@@ -11,9 +11,15 @@
 namespace cvr::experiments {
 namespace {
 
-Row make_row(const std::string& cell, const std::string& status) {
-  return {{"cell", cell}, {"key", "k" + cell}, {"status", status}};
+Result make_result(const std::string& cell, const std::string& status) {
+  Result result;
+  result.cell = cell;
+  result.key = "k" + cell;
+  result.status = status;
+  return result;
 }
+
+std::string line_of(const std::string& cell) { return to_row(make_result(cell, "ok")).dump(); }
 
 std::string text_of(const std::string& path) {
   std::ifstream in(path);
@@ -26,34 +32,34 @@ TEST(Rows, RoundTripAndTheLastRowOfACellCounts) {
   EXPECT_TRUE(load_rows(path).empty());
   {
     RowWriter writer(path);
-    writer.append(make_row("1", "failed"));
-    writer.append(make_row("2", "ok"));
-    writer.append(make_row("1", "ok"));
+    writer.append(make_result("1", "failed"));
+    writer.append(make_result("2", "ok"));
+    writer.append(make_result("1", "ok"));
   }
   const auto rows = load_rows(path);
   ASSERT_EQ(rows.size(), 3u);
-  EXPECT_EQ(rows[1], make_row("2", "ok"));
-  EXPECT_EQ(latest_by(rows, "cell").at("1")["status"], "ok");
+  EXPECT_EQ(to_row(rows[1]), to_row(make_result("2", "ok")));
+  EXPECT_EQ(latest_by(rows, &Result::cell).at("1").status, "ok");
 }
 
 TEST(Rows, TornLastLineIsPassedOverAndCutOff) {
   const ScratchFolder folder;
   const std::string path = folder / "rows.jsonl";
-  RowWriter(path).append(make_row("1", "ok"));
+  RowWriter(path).append(make_result("1", "ok"));
   const std::string whole = text_of(path);
   std::ofstream(path, std::ios::app) << R"({"cell": "2", "ke)";
   EXPECT_EQ(load_rows(path).size(), 1u);
-  RowWriter(path).append(make_row("3", "ok"));
+  RowWriter(path).append(make_result("3", "ok"));
   EXPECT_THAT(text_of(path), testing::StartsWith(whole));
   const auto rows = load_rows(path);
   ASSERT_EQ(rows.size(), 2u);
-  EXPECT_EQ(rows[1]["cell"], "3");
+  EXPECT_EQ(rows[1].cell, "3");
 }
 
 TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
   const ScratchFolder folder;
-  const std::string path = folder.write("rows.jsonl", make_row("1", "ok").dump() + "\nnonsense\n" +
-                                                          make_row("2", "ok").dump() + "\n");
+  const std::string path =
+      folder.write("rows.jsonl", line_of("1") + "\nnonsense\n" + line_of("2") + "\n");
   try {
     load_rows(path);
     FAIL() << "no error";
@@ -65,8 +71,7 @@ TEST(Rows, ABrokenLineInTheMiddleIsAnErrorWithItsLine) {
 TEST(Rows, WhatIsNoRowIsAnErrorWithItsPlace) {
   const ScratchFolder folder;
   const auto error = [&](const std::string& line) -> std::string {
-    const std::string path =
-        folder.write("rows.jsonl", make_row("1", "ok").dump() + "\n" + line + "\n");
+    const std::string path = folder.write("rows.jsonl", line_of("1") + "\n" + line + "\n");
     try {
       load_rows(path);
     } catch (const volumes::InputError& failure) {
@@ -74,7 +79,7 @@ TEST(Rows, WhatIsNoRowIsAnErrorWithItsPlace) {
     }
     return "no error";
   };
-  EXPECT_EQ(error(make_row("1", "ok").dump()), "no error") << "a cell that was measured again";
+  EXPECT_EQ(error(line_of("1")), "no error") << "a cell that was measured again";
   for (const char* line : {"[]", "{}", R"({"cell": 1, "key": "k", "status": "ok"})",
                            R"({"cell": "1", "key": "k", "status": "fine"})",
                            R"({"cell": "1", "key": "k", "status": "ok", "dataset": []})",

@@ -87,20 +87,20 @@ TEST(JudgeTimes, SaysWhyItDoesNotDecide) {
   EXPECT_EQ(judge_times(steady, outlier, 0.05, false).outcome, Outcome::kSame);
 }
 
-Row row_of(const std::string& key, double bytes, const std::vector<double>& seconds) {
-  Row row;
-  row["cell"] = key + "-id";
-  row["key"] = key;
-  row["status"] = "ok";
-  row["codec"]["id"] = "csgvr";
-  row["stage"] = "decode";
-  row["provenance"]["machine"] = "m";
-  row["size"]["bytes"] = bytes;
-  row["size"]["checksums"] = "00ff";
-  row["verification"]["mismatches"] = 0;
-  row["counters"]["cells_decoded"] = 1000;
-  row["time"]["seconds"]["samples"] = seconds;
-  return row;
+Result result_of(const std::string& key, std::uint64_t bytes, const std::vector<double>& seconds) {
+  Result result;
+  result.cell = key + "-id";
+  result.key = key;
+  result.status = "ok";
+  result.codec.id = "csgvr";
+  result.stage = "decode";
+  result.provenance.machine = "m";
+  result.size.emplace().bytes = bytes;
+  result.size->checksums.emplace()["index"] = "00ff";
+  result.verification.emplace().mismatches = 0;
+  result.counters = {{"cells_decoded", 1000}};
+  result.time.emplace().seconds.emplace().samples = seconds;
+  return result;
 }
 
 const ComparedQuantity& find(const CompareReport& report, const std::string& quantity) {
@@ -114,13 +114,13 @@ TEST(CompareRows, TellsExactCountedAndTimedApart) {
   const std::vector<double> times{1, 1.01, 1.02, 1.03, 1.04, 1.05, 1.06, 1.07, 1.08};
   std::vector<double> slow = times;
   for (double& t : slow) t *= 1.5;
-  const Row base = row_of("a", 100, times);
-  Row fresh = row_of("a", 101, slow);
-  fresh["size"]["checksums"] = "00fe";
-  fresh["counters"]["cells_decoded"] = 1200;
+  const Result base = result_of("a", 100, times);
+  Result fresh = result_of("a", 101, slow);
+  (*fresh.size->checksums)["index"] = "00fe";
+  fresh.counters = {{"cells_decoded", 1200}};
   const CompareReport report = compare_rows({base}, {fresh}, {});
   EXPECT_EQ(find(report, "size.bytes").outcome, Outcome::kDiffers);
-  EXPECT_EQ(find(report, "size.checksums").outcome, Outcome::kDiffers);
+  EXPECT_EQ(find(report, "size.checksums.index").outcome, Outcome::kDiffers);
   EXPECT_EQ(find(report, "verification.mismatches").outcome, Outcome::kSame);
   EXPECT_EQ(find(report, "counters.cells_decoded").outcome, Outcome::kMore);
   EXPECT_EQ(find(report, "decode").outcome, Outcome::kSlower);
@@ -142,10 +142,10 @@ TEST(CompareRows, TellsExactCountedAndTimedApart) {
 
 TEST(CompareRows, ComparesTimesOfOneMachineAndCellAlone) {
   const std::vector<double> times(9, 1.0), slow(9, 2.0);
-  const Row base = row_of("a", 100, times);
-  Row elsewhere = row_of("a", 100, slow), changed = row_of("a", 100, slow);
-  elsewhere["provenance"]["machine"] = "other";
-  changed["cell"] = "of another codec version";
+  const Result base = result_of("a", 100, times);
+  Result elsewhere = result_of("a", 100, slow), changed = result_of("a", 100, slow);
+  elsewhere.provenance.machine = "other";
+  changed.cell = "of another codec version";
   EXPECT_EQ(find(compare_rows({base}, {elsewhere}, {}), "decode").outcome, Outcome::kNotCompared);
   EXPECT_EQ(find(compare_rows({base}, {changed}, {}), "decode").outcome, Outcome::kNotCompared);
   EXPECT_EQ(find(compare_rows({base}, {changed}, {}), "size.bytes").outcome, Outcome::kSame);
@@ -153,11 +153,11 @@ TEST(CompareRows, ComparesTimesOfOneMachineAndCellAlone) {
 
 TEST(CompareRows, NamesWhatFailsAndWhatIsMissing) {
   const std::vector<double> times(9, 1.0);
-  Row failed = row_of("a", 100, times);
-  failed["status"] = "failed";
-  failed["reason"] = "3 voxels differ";
-  const CompareReport report = compare_rows({row_of("a", 100, times), row_of("b", 1, times)},
-                                            {failed, row_of("c", 1, times)}, {});
+  Result failed = result_of("a", 100, times);
+  failed.status = "failed";
+  failed.reason = "3 voxels differ";
+  const CompareReport report = compare_rows({result_of("a", 100, times), result_of("b", 1, times)},
+                                            {failed, result_of("c", 1, times)}, {});
   EXPECT_EQ(find(report, "status").outcome, Outcome::kDiffers);
   EXPECT_NE(find(report, "status").reason.find("3 voxels differ"), std::string::npos);
   EXPECT_EQ(report.only_in_base, std::vector<std::string>{"b"});
@@ -171,17 +171,18 @@ TEST(NoiseFloors, AreWhatABuildDiffersFromItselfBy) {
   EXPECT_FALSE(load_floors(path, "m", Arrangement::kApart).knows("decode"));
   EXPECT_EQ(load_floors(path, "m", Arrangement::kApart).of("decode"), kAssumedFloor);
   std::vector<double> times(9, 1.0), later(9, 1.12);
-  const Row measured = measure_floors({{{row_of("a", 1, times)}, {row_of("a", 1, later)}}}, false);
+  const Row measured =
+      measure_floors({{{result_of("a", 1, times)}, {result_of("a", 1, later)}}}, false);
   EXPECT_NEAR(measured["decode"]["floor"].get<double>(), 0.24, 1e-9);
   EXPECT_EQ(measured["decode"]["cells"], 1);
-  Row provenance;
-  provenance["machine"] = "m";
+  Provenance provenance;
+  provenance.machine = "m";
   store_floors(path, provenance, "config.yaml", Arrangement::kApart, measured);
   EXPECT_NEAR(load_floors(path, "m", Arrangement::kApart).of("decode"), 0.24, 1e-9);
-  EXPECT_NEAR(
-      measure_floors({{{row_of("a", 1, times)}, {row_of("a", 1, times)}}}, true)["decode"]["floor"]
-          .get<double>(),
-      0.05, 1e-9);
+  EXPECT_NEAR(measure_floors({{{result_of("a", 1, times)}, {result_of("a", 1, times)}}},
+                             true)["decode"]["floor"]
+                  .get<double>(),
+              0.05, 1e-9);
   EXPECT_FALSE(load_floors(path, "m", Arrangement::kInterleaved).knows("decode"));
   EXPECT_FALSE(load_floors(path, "other", Arrangement::kApart).knows("decode"));
   std::filesystem::remove_all(std::filesystem::path(path).parent_path());
