@@ -1,4 +1,4 @@
-"""Images that a run kept (keep_pictures): DIR/pictures/*.png, each with its difference to the
+"""Images that a run kept (keep_images): DIR/pictures/*.png, each with its difference to the
 reference, as data of the page.
 """
 

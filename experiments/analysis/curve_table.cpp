@@ -57,13 +57,13 @@ void add_columns(Table& table) {
     table.columns.push_back(
         {name, heading, std::string(unit_in(heading)), description, Align::kRight});
   };
-  add("points", "points", "of the curve of PSNR over bits a voxel");
+  add("points", "points", "of the curve of PSNR over bits per voxel");
   add("bits_per_voxel", "bits/voxel", "least and largest of the curve");
   add("volume_psnr_db", "PSNR dB", "least and largest of the curve");
   add("bd_psnr_db", "BD-PSNR dB",
       "mean difference to the reference over the logarithm of the rates that both have "
       "(Bjontegaard, with monotone cubics)");
-  add("common_bits_per_voxel", "over", "the bits a voxel that both have");
+  add("common_bits_per_voxel", "over", "the bits per voxel that both have");
 }
 
 void add_note_once(Note note, std::vector<Note>& notes) {

@@ -1,4 +1,4 @@
-// Tables of curves: lines that agree in their labels are a curve of PSNR over bits a voxel, and
+// Tables of curves: lines that agree in their labels are a curve of PSNR over bits per voxel, and
 // each is compared with a reference.
 #pragma once
 

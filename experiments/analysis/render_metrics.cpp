@@ -92,7 +92,7 @@ double quantile_of_round(std::vector<double> ms) {
 
 double first_of_round(std::vector<double> ms) { return ms.front(); }
 
-/// All frames of the held view show the same: each is a repetition.
+/// All frames of the fixed view show the same: each is a repetition.
 Reading held_median(L line) {
   return from_render(line, [](const Result& row) -> Reading {
     if (!row.held || !row.held->median_ms) return "";
@@ -113,7 +113,7 @@ Reading path_and_held(L line) {
   });
 }
 
-/// A PSNR has no number where the pictures are equal.
+/// A PSNR has no number where the images are equal.
 Reading psnr(const Figure& value) {
   if (!value) return {"exact", std::numeric_limits<double>::infinity()};
   return {fmt::format("{:.1f}", *value), *value};
@@ -182,24 +182,24 @@ std::span<const Metric> render_metrics() {
       {"host_ms", "host ms",
        "median wall time of a frame as the program sees it: recording, submission, device, waiting",
        [](L l) { return timed(number(l, of_frames<&Frames::host_median_ms>, 2)); }},
-      {"held_ms", "held ms",
-       "median device time of a frame of the scene's held view, drawn anew each time, with the "
+      {"warm_ms", "warm ms",
+       "median device time of a frame of the scene's fixed view, drawn anew each time, with the "
        "cache filled",
        held_median},
-      {"held_mean_ms", "held mean ms", "mean device time of such a frame",
+      {"warm_mean_ms", "warm mean ms", "mean device time of such a frame",
        [](L l) { return frame_time(l, &Result::held, &Held::mean_ms, mean_of_round); }},
-      {"held_p95_ms", "held p95 ms", "95 % of these frames take at most this long",
+      {"warm_p95_ms", "warm p95 ms", "95 % of these frames take at most this long",
        [](L l) { return frame_time(l, &Result::held, &Held::p95_ms, quantile_of_round<95>); }},
-      {"held_frames", "held frames", "frames of the held view a round",
+      {"warm_frames", "warm frames", "frames of the fixed view per round",
        [](L l) { return number(l, of_held<&Held::count>, 0); }},
-      {"held_incomplete", "held incomplete px",
+      {"warm_incomplete", "warm incomplete px",
        "most pixels of one of these frames that met a placeholder",
        [](L l) { return number(l, of_held<&Held::incomplete, &Parts::Incomplete::largest>, 0); }},
-      {"held_cells_decoded", "held decoded",
+      {"warm_cells_decoded", "warm decoded",
        "labels decoded for one of these frames, in the marcher and for the cache",
        [](L l) { return number(l, of_held<&Held::cells_decoded>, 0); }},
-      {"held_cache", "held cache",
-       "all: the cache holds all that the held view needs; part: such a frame still decodes",
+      {"warm_cache", "warm cache",
+       "all: the cache holds all that the fixed view needs; part: such a frame still decodes",
        [](L l) {
          return from_render(l, [](const Result& row) -> Reading {
            if (!row.held || !row.held->cache_complete || !*row.held->cache_complete) return "";
@@ -207,14 +207,12 @@ std::span<const Metric> render_metrics() {
          });
        },
        false},
-      {"frame_held_ms", "path; held ms",
+      {"frame_warm_ms", "path; warm ms",
        "mean device time of a frame over the camera path, which begins with an empty cache; median "
-       "of a "
-       "frame of the held view "
-       "with the cache filled",
+       "of a frame of the fixed view with the cache filled",
        path_and_held, false},
       {"published_frame_ms", "published ms",
-       "the mean ms a frame that the publication states, on its GPU and its volume",
+       "the mean ms per frame that the publication states, on its GPU and its volume",
        [](L l) -> Reading {
          if (l.published == nullptr || !l.published->frame_ms) return "";
          return {fmt::format("{:.1f}", *l.published->frame_ms), *l.published->frame_ms};
@@ -223,8 +221,8 @@ std::span<const Metric> render_metrics() {
        [](L l) {
          return number(l, of_frames<&Frames::incomplete, &Parts::Incomplete::largest>, 0);
        }},
-      {"exact_after_frames", "exact after",
-       "most frames of a view, from an empty cache, until its picture is exact",
+      {"converged_after", "converged after",
+       "most frames of a view, from an empty cache, until its image is converged",
        [](L l) { return number(l, figure<&Result::exact_after_frames>, 0); }},
       {"label_mismatches", "wrong px",
        "pixels of three views whose label is not that of the reference and no near-tie; one fails "
@@ -234,24 +232,24 @@ std::span<const Metric> render_metrics() {
        "pixels whose label is that of the reference with the ray moved by 10^-4 voxels",
        [](L l) { return number(l, of_verification<&Parts::Verification::near_ties>, 0); }},
       {"psnr_db", "PSNR dB",
-       "of exact pictures against the reference in double precision, the worst of three views",
+       "of converged images against the reference in double precision, the worst of three views",
        [](L l) {
          return from_render(l, [](const Result& row) -> Reading {
            const auto found = row.verification ? row.verification->psnr_db : std::nullopt;
            return found ? psnr(*found) : "";
          });
        }},
-      {"picture_psnr_db", "picture PSNR dB",
-       "of the picture with its levels and samples against level bias 0 and 256 samples",
+      {"image_psnr_db", "image PSNR dB",
+       "of the image with its levels and samples against level bias 0 and 256 samples",
        [](L l) {
          return from_render(l, [](const Result& row) -> Reading {
            return row.picture_error ? psnr(row.picture_error->psnr_db) : "";
          });
        }},
-      {"picture_ssim", "picture SSIM", "structural similarity of the same two pictures",
+      {"image_ssim", "image SSIM", "structural similarity of the same two images",
        [](L l) { return number(l, of_picture_error<&Parts::PictureError::ssim>, 4); }},
-      {"picture_label_errors", "other labels px",
-       "pixels of the picture whose label is not that of level bias 0",
+      {"image_label_errors", "other labels px",
+       "pixels of the image whose label is not that of level bias 0",
        [](L l) { return number(l, of_picture_error<&Parts::PictureError::label_mismatches>, 0); }},
       {"jump_psnr_db", "PSNR dB after a jump",
        "of each frame after the camera has jumped to a view that the cache has not seen",
@@ -292,7 +290,7 @@ std::span<const Metric> render_metrics() {
       {"bytes_touched", "MiB touched", "MiB of the encoding read for the whole path",
        [](L l) { return counter(l, "words_touched", 2, 4.0 / (1 << 20)); }},
       {"needed_ratio", "decoded/needed",
-       "cells decoded for exact pictures of three views, each from an empty cache / different "
+       "cells decoded for converged images of three views, each from an empty cache / different "
        "cells that "
        "these views need",
        [](L l) {
@@ -308,8 +306,8 @@ const Metric* published_beside(const Metric& metric) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kBeside{
       {{"frame_ms", "published_frame_ms"},
        {"frame_wall_ms", "published_frame_ms"},
-       {"held_ms", "published_frame_ms"},
-       {"frame_held_ms", "published_frame_ms"},
+       {"warm_ms", "published_frame_ms"},
+       {"frame_warm_ms", "published_frame_ms"},
        {"published_rate", "published"},
        {"encode_seconds", "published_seconds"},
        {"encode_gb_per_s", "published_gb_per_s"}}};

@@ -67,7 +67,7 @@ Note explain_curves(const std::string& reference) {
   return Note()
       .own("Columns: ")
       .term("points")
-      .own(" of the curve of PSNR over bits a voxel; ")
+      .own(" of the curve of PSNR over bits per voxel; ")
       .term("bits/voxel")
       .own(" and ")
       .term("PSNR dB")

@@ -59,6 +59,7 @@ int run_command(int argc, char** argv, const Environment& environment, std::erro
       "input; 3 environment: data, device, disk or memory are missing. Rates are percent of the "
       "original's bytes.");
   int exit_code = kExitOk;
+  add_bench_command(app, environment, exit_code);
   add_run_commands(app, environment, exit_code);
   add_tracking_commands(app, environment, exit_code);
   add_list_command(app, environment, exit_code);

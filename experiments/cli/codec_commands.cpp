@@ -66,7 +66,7 @@ class OriginalInMemory {
 
 void report_encoding(const Row& report) {
   fmt::print(
-      "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits a voxel), published accounting {} bytes, "
+      "{}: {} bytes, {:.3f} % of {} bytes ({:.4f} bits per voxel), published accounting {} bytes, "
       "{:.3f} %; "
       "{:.3f} s{}\n",
       volumes::printable(report["file"].get<std::string>()), report["bytes"].get<std::uint64_t>(),

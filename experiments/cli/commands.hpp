@@ -20,7 +20,8 @@ void add_run_commands(CLI::App& app, const Environment& environment,
                       int& exit_code);  // run, plan, table, claims, worker
 void add_tracking_commands(CLI::App& app, const Environment& environment,
                            int& exit_code);  // compare, ab, aa, baseline, history, export
-void add_list_command(CLI::App& app, const Environment& environment, int& exit_code);  // list
+void add_bench_command(CLI::App& app, const Environment& environment, int& exit_code);  // bench
+void add_list_command(CLI::App& app, const Environment& environment, int& exit_code);   // list
 void add_volume_commands(CLI::App& app, int& exit_code);      // generate, convert
 void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate
 void add_inspection_commands(CLI::App& app, int& exit_code);  // inspect, at, error

@@ -1,4 +1,4 @@
-// list codecs | datasets | metrics | caches | stages | devices | config | rows
+// list codecs | datasets | metrics | access-modes | stages | devices | config | rows
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -118,7 +118,7 @@ void list_metrics(bool json) {
   if (json) print_json(all);
 }
 
-void list_caches(bool json) {
+void list_access_modes(bool json) {
   Row all = Row::array();
   for (const gpu::CacheTraits& cache : gpu::all_caches()) {
     all.push_back({{"id", cache.id},
@@ -195,7 +195,7 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
   options->data = environment.data;
   command
       ->add_option("what", options->what,
-                   "codecs | datasets | metrics | caches | stages | devices | config | rows")
+                   "codecs | datasets | metrics | access-modes | stages | devices | config | rows")
       ->required();
   command->add_option("--datasets", options->datasets, "folder of data set descriptions");
   command->add_option("--data", options->data, "folder that ${CVRBENCH_DATA} stands for");
@@ -209,7 +209,8 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
     if (options->what == "codecs") return list_codecs(options->json);
     if (options->what == "datasets") return list_datasets(options->datasets, here, options->json);
     if (options->what == "metrics") return list_metrics(options->json);
-    if (options->what == "caches") return list_caches(options->json);
+    if (options->what == "access-modes" || options->what == "caches")  // its former name
+      return list_access_modes(options->json);
     if (options->what == "stages") return list_stages(options->json);
     if (options->what == "config") return list_config(options->json);
     if (options->what == "rows") return fmt::print("{}", row_schema(render_schema()));
@@ -217,10 +218,10 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
       exit_code = list_devices(options->json);
       return;
     }
-    throw volumes::InputError(
-        fmt::format("list: expected codecs, datasets, metrics, caches, stages, devices, config or "
-                    "rows, found '{}'",
-                    options->what));
+    throw volumes::InputError(fmt::format(
+        "list: expected codecs, datasets, metrics, access-modes, stages, devices, config "
+        "or rows, found '{}'",
+        options->what));
   });
 }
 

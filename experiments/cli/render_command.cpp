@@ -66,7 +66,7 @@ void check_access(const std::string& access) {
   if (gpu::find_cache(access) != nullptr) return;
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& cache : gpu::all_caches()) ids.emplace_back(cache.id);
-  throw volumes::InputError(fmt::format("--cache: expected one of {}, found '{}'{}",
+  throw volumes::InputError(fmt::format("--access: expected one of {}, found '{}'{}",
                                         fmt::join(ids, ", "), access, did_you_mean(access, ids)));
 }
 
@@ -110,10 +110,9 @@ volumes::Buffer obtain_file(const RenderCommand& command) {
   return std::move(encoded->bytes);
 }
 
-/// What a row says of a picture whatever is drawn.
-Row describe_picture(const RenderCommand& command, const gpu::Scene& scene,
-                     const gpu::Device& device, const codecs::OpenedFile& file,
-                     const std::vector<gpu::MemoryUse>& memory) {
+/// What a row says of an image whatever is drawn.
+Row describe_image(const RenderCommand& command, const gpu::Scene& scene, const gpu::Device& device,
+                   const codecs::OpenedFile& file, const std::vector<gpu::MemoryUse>& memory) {
   Row row;
   row["device"] = to_json(describe_device(device));
   row["codec"] = file.codec->traits().id;
@@ -127,7 +126,7 @@ Row describe_picture(const RenderCommand& command, const gpu::Scene& scene,
 }
 
 struct Drawn {
-  std::vector<double> ms;  ///< of settled pictures: all frames of one view together
+  std::vector<double> ms;  ///< of settled images: all frames of one view together
   std::vector<std::uint32_t> frames;
   Row files = Row::array();
 };
@@ -168,7 +167,7 @@ void report(const Row& row) {
              row["cache"].get<std::string>(), row["shading"].get<std::string>(),
              row["size"].get<std::string>());
   fmt::print(
-      "{} picture{}, {:.3f} ms the median first frame of a view, exact after at most {} frames, "
+      "{} image{}, {:.3f} ms the median first frame of a view, converged after at most {} frames, "
       "{:.1f} MiB "
       "on the device\n",
       row["files"].size(), row["files"].size() == 1 ? "" : "s", row["median_ms"].get<double>(),
@@ -209,7 +208,7 @@ void render_scalars(const RenderCommand& command, gpu::Scene scene, gpu::Device&
     drawn.files.push_back(numbered(command.out, frame, command.frames));
     gpu::write_png(drawn.files.back().get<std::string>(), image.width, image.height, image.rgb8());
   }
-  Row row = describe_picture(command, scene, device, file, (*renderer)->memory());
+  Row row = describe_image(command, scene, device, file, (*renderer)->memory());
   row["files"] = drawn.files;
   row["first_frame_ms"] = drawn.ms;
   row["median_ms"] = summarize(drawn.ms).median;
@@ -249,7 +248,7 @@ void render(const RenderCommand& command) {
   if (const auto shown = (*renderer)->set_scene(scene); !shown)
     fail_on_file(command.in, shown.error());
   const Drawn drawn = draw(command, scene, **renderer);
-  Row row = describe_picture(command, scene, device, *file, (*renderer)->memory());
+  Row row = describe_image(command, scene, device, *file, (*renderer)->memory());
   row["samples"] = scene.accumulate;
   row["files"] = drawn.files;
   row["first_frame_ms"] = drawn.ms;
@@ -273,7 +272,8 @@ void add_render_command(CLI::App& app, int& exit_code) {
       ->required();
   drawing->add_option("-o", c->out, "PNG to write; with --frames its name gets a number")
       ->required();
-  drawing->add_option("--cache", c->access, "access mode ('list caches'; default: none)");
+  drawing->add_option("--access,--cache", c->access,
+                      "access mode ('list access-modes'; default: none); formerly --cache");
   drawing->add_option("--codec", c->codec, "of a volume file (default: raw)");
   drawing->add_option("-p", c->parameters, "NAME=VALUE, a parameter of the codec")
       ->allow_extra_args(false);
@@ -281,17 +281,15 @@ void add_render_command(CLI::App& app, int& exit_code) {
   drawing->add_option("--shading", c->shading, "local | shadow | ao (default: the scene's)")
       ->check(one_of({"local", "shadow", "ao"}));
   drawing->add_option("--size", c->size, "WIDTHxHEIGHT in pixels (default: the scene's)");
-  drawing->add_option("--frames", c->frames, "pictures along the camera path")
+  drawing->add_option("--frames", c->frames, "images along the camera path")
       ->check(integer_in(1, 1000000));
-  drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single picture")
+  drawing->add_option("--part", c->part, "of the camera path, 0 .. 1, for a single image")
       ->check(number_in(0, 1));
   drawing
       ->add_option("--samples", c->samples,
-                   "random rays a pixel with the shading ao (default: the scene's)")
+                   "random rays per pixel with the shading ao (default: the scene's)")
       ->check(integer_in(1, 65536));
-  drawing
-      ->add_option("--brick", c->brick,
-                   "edge of the bricks of a codec without bricks (default: 32)")
+  drawing->add_option("--brick", c->brick, "brick size of a codec without bricks (default: 32)")
       ->check(integer_in(2, 64));
   drawing->add_option("--cache-mib", c->cache_mib, "size of the cache (default: 256)")
       ->check(integer_in(1, 1 << 20));

@@ -1,4 +1,6 @@
 // report: one HTML page of results folders, made by plots/report.py
+#include "experiments/cli/report_command.hpp"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -23,11 +25,6 @@ namespace cvr::experiments::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct ReportChoices {
-  std::vector<std::string> results;
-  std::string output, figures, title, store;
-};
 
 /// The exit code of a program, 127 where there is none of that name, 128 + signal where one ended
 /// it. `quiet`: without its output.
@@ -102,6 +99,8 @@ std::vector<std::string> inputs_of(const ReportChoices& c) {
   return inputs;
 }
 
+}  // namespace
+
 int report(const ReportChoices& c, const Environment& environment) {
   InterruptWatch watch;
   std::error_code error;
@@ -125,14 +124,12 @@ int report(const ReportChoices& c, const Environment& environment) {
                                                                            : kExitEnvironment;
 }
 
-}  // namespace
-
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code) {
   auto c = std::make_shared<ReportChoices>();
-  c->store = environment.share + "/history";
+  c->store = history_folder(environment);
   auto* command = app.add_subcommand("report",
                                      "Makes one self-contained HTML page of results: summary, "
-                                     "tables, claims, figures, pictures, provenance");
+                                     "tables, claims, figures, images, provenance");
   command
       ->add_option("--results", c->results,
                    "folders with rows.jsonl; what a run left in tables/, claims/ and pictures/ "

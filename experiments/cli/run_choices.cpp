@@ -112,10 +112,9 @@ void add_config_options(CLI::App& command, RunChoices& c) {
 
 void add_data_options(CLI::App& command, RunChoices& c) {
   command
-      .add_option(
-          "--only", c.only,
-          "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of pictures scene, cache, "
-          "shading ..; the same key twice means either")
+      .add_option("--only", c.only,
+                  "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of images scene, "
+                  "access_mode, shading ..; the same key twice means either")
       ->allow_extra_args(false);
   command.add_option(
       "--data", c.data,
@@ -132,17 +131,17 @@ Filter parse_filter(const std::vector<std::string>& only) {
     if (equals == std::string::npos || equals == 0) {
       throw volumes::InputError(fmt::format(
           "--only {}: expected KEY=GLOB with dataset, codec, stage, threads, a parameter, or of "
-          "pictures scene, cache, shading ..",
+          "images scene, access_mode, shading ..",
           text));
     }
     auto keys = line_labels();
     keys.emplace_back("stage");
-    const std::string key = text.substr(0, equals);
+    const std::string key(current_name(text.substr(0, equals)));
     if (std::ranges::find(keys, key) == keys.end())
       throw volumes::InputError(fmt::format("--only {}: expected one of the keys {}, found '{}'{}",
                                             text, fmt::join(keys, ", "), key,
                                             did_you_mean(key, keys)));
-    filter.only.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+    filter.only.emplace_back(key, text.substr(equals + 1));
   }
   return filter;
 }

@@ -36,6 +36,10 @@ std::string default_out(const RunChoices& choices);
 RunSummary measure(const Config& config, const RunChoices& choices,
                    const std::vector<Contender>& contenders, bool redo, const std::string& kept,
                    std::size_t ignored_rows = 0);
+/// Prints the tables and claims of what was measured into a folder, leaves them there, and says how
+/// many cells ended how. The exit code.
+int finish_run(const std::vector<Config>& configs, const RunChoices& choices,
+               const RunSummary& summary);
 /// Clears the line of progress.
 void end_progress();
 

@@ -91,7 +91,7 @@ void note_longer_rows(const std::vector<Config>& configs, const std::vector<Resu
 }
 
 /// Refuses a folder that has rows unless the choices say what becomes of them. Throws InputError.
-void check_for_rows(const Choices& choices, const std::string& rows_path) {
+void check_for_rows(const RunChoices& choices, const std::string& rows_path) {
   std::error_code error;
   if (choices.resume || choices.force || !fs::exists(rows_path, error) ||
       fs::file_size(rows_path, error) == 0)
@@ -104,7 +104,7 @@ void check_for_rows(const Choices& choices, const std::string& rows_path) {
 }
 
 /// Says what of the rows before is kept though it need not be; how many of them are ignored.
-std::size_t look_at_rows(const std::vector<Config>& configs, const Choices& choices,
+std::size_t look_at_rows(const std::vector<Config>& configs, const RunChoices& choices,
                          const std::string& rows_path) {
   if (!choices.resume && !choices.force) return 0;
   const auto rows = load_rows(rows_path);
@@ -113,7 +113,7 @@ std::size_t look_at_rows(const std::vector<Config>& configs, const Choices& choi
 }
 
 /// Measures one configuration after the other into a folder.
-RunSummary measure_all(const std::vector<Config>& configs, const Choices& choices,
+RunSummary measure_all(const std::vector<Config>& configs, const RunChoices& choices,
                        const Contender& contender, const std::string& rows_path,
                        std::size_t rows_before) {
   RunSummary all;
@@ -121,17 +121,15 @@ RunSummary measure_all(const std::vector<Config>& configs, const Choices& choice
     const RunSummary summary =
         measure(config, choices, {contender}, choices.force && &config == &configs.front(),
                 fmt::format("{} keeps what is done, --resume goes on", rows_path), rows_before);
-    for (const auto& [status, count] : summary.by_status) all.by_status[status] += count;
     all.skipped += summary.skipped;
-    all.environment_failures += summary.environment_failures;
-    if (!summary.last_reason.empty()) all.last_reason = summary.last_reason;
+    all.add_ended(summary);
   }
   end_progress();
   return all;
 }
 
 /// Writes and prints the tables and claims of all configurations from the rows of the folder.
-void print_results(const std::vector<Config>& configs, const Choices& choices,
+void print_results(const std::vector<Config>& configs, const RunChoices& choices,
                    const std::string& out) {
   const auto rows = load_rows((fs::path(out) / "rows.jsonl").string());
   const Filter filter = parse_filter(choices.only);
@@ -145,6 +143,24 @@ void print_results(const std::vector<Config>& configs, const Choices& choices,
   write_text(fs::path(out) / "codecs.json", json_text(describe_codecs()));
 }
 
+}  // namespace
+
+int finish_run(const std::vector<Config>& configs, const RunChoices& choices,
+               const RunSummary& summary) {
+  const InterruptWatch watch;
+  const std::string out = default_out(choices);
+  const std::string rows_path = (fs::path(out) / "rows.jsonl").string();
+  print_results(configs, choices, out);
+  std::string counts = summary.skipped > 0 ? fmt::format("{} done before", summary.skipped) : "";
+  for (const auto& [status, count] : summary.by_status)
+    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, status);
+  fmt::print("Cells: {}. Rows: {}. Tables: {}\n", counts, rows_path,
+             (fs::path(out) / "tables").string());
+  return exit_code_of(summary, rows_path);
+}
+
+namespace {
+
 int run(const Choices& choices, const Environment& environment) {
   if (choices.resume && choices.force)
     throw volumes::InputError("expected --resume or --force, found both");
@@ -154,16 +170,9 @@ int run(const Choices& choices, const Environment& environment) {
   const std::string rows_path = (fs::path(out) / "rows.jsonl").string();
   const auto lock = RunLock::take(out);  // until the tables of all configurations are written
   check_for_rows(choices, rows_path);
-  const RunSummary all = measure_all(configs, choices, {environment.program, out}, rows_path,
-                                     look_at_rows(configs, choices, rows_path));
-  const InterruptWatch watch;
-  print_results(configs, choices, out);
-  std::string counts = all.skipped > 0 ? fmt::format("{} done before", all.skipped) : "";
-  for (const auto& [status, count] : all.by_status)
-    counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", count, status);
-  fmt::print("Cells: {}. Rows: {}. Tables: {}\n", counts, rows_path,
-             (fs::path(out) / "tables").string());
-  return exit_code_of(all, rows_path);
+  return finish_run(configs, choices,
+                    measure_all(configs, choices, {environment.program, out}, rows_path,
+                                look_at_rows(configs, choices, rows_path)));
 }
 
 /// What a plan says of one configuration in the end.
@@ -211,7 +220,7 @@ int plan(const Choices& choices) {
     }
     fmt::print(
         "{}: {} to run, {} done, {} unsupported, {} with missing data; about {:.0f} s{}, up to "
-        "{:.0f} MiB a process\n",
+        "{:.0f} MiB per process\n",
         volumes::printable(path), totals.counts[Decision::kRun], totals.counts[Decision::kDone],
         totals.counts[Decision::kUnsupported], totals.counts[Decision::kDataMissing],
         totals.seconds,

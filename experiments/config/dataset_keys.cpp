@@ -284,16 +284,6 @@ Dataset read_choice(const YamlValue& value, const Catalogue& catalogue) {
   return dataset;
 }
 
-/// What tables call a file: its name without folder and endings, in letters that fit into file names.
-std::string name_of_file(const std::string& path) {
-  std::string name = std::filesystem::path(file_of_volume(path)).filename().string();
-  name = name.substr(0, name.find('.', 1));
-  for (char& c : name) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '-';
-  }
-  return name;
-}
-
 Dataset read_file(const YamlValue& value, const std::string& config_path) {
   FileDraft draft;
   read_keys(value, file_keys(config_path), draft);

@@ -252,6 +252,15 @@ std::string file_of_volume(const std::string& volume_path) {
   return volume_path.substr(0, volume_path.rfind('['));
 }
 
+std::string name_of_file(const std::string& volume_path) {
+  std::string name = fs::path(file_of_volume(volume_path)).filename().string();
+  name = name.substr(0, name.find('.', 1));
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '-';
+  }
+  return name;
+}
+
 bool are_axes(const std::string& text) {
   for (const char required : {'x', 'y', 'z'}) {
     if (text.find(required) == std::string::npos) return false;

@@ -58,6 +58,9 @@ struct Dataset {
 
 /// The file of "FILE.h5:/path[T]" and the like.
 std::string file_of_volume(const std::string& volume_path);
+/// What tables call a volume without a description: the name of its file without folder and endings,
+/// in letters that fit into file names.
+std::string name_of_file(const std::string& volume_path);
 
 /// Whether a text names axes in an order: x, y and z, perhaps t and c, each once.
 bool are_axes(const std::string& text);

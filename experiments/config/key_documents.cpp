@@ -76,8 +76,11 @@ std::string configuration_page(const Vocabulary& vocabulary) {
     if (!section.intro.empty()) page += section.intro + "\n\n";
     page += "| Key | Value | Default | Meaning |\n|:--|:--|:--|:--|\n";
     for (const KeyInfo& key : section.keys) {
-      page += fmt::format("| `{}` | {} | {} | {} |\n", key.name, cell(key.values),
-                          key.required ? "required" : cell(key.fallback), cell(key.sentence));
+      const std::string_view former = former_name(key.name);
+      page += fmt::format(
+          "| `{}` | {} | {} | {}{} |\n", key.name, cell(key.values),
+          key.required ? "required" : cell(key.fallback), cell(key.sentence),
+          former.empty() ? "" : fmt::format(" Formerly `{}`, which is still understood.", former));
     }
   }
   return page;

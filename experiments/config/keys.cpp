@@ -17,6 +17,10 @@ std::string schema_of_map(std::span<const KeyInfo> keys) {
   for (const KeyInfo& one : keys) {
     Row property = Row::parse(one.schema);
     if (!one.sentence.empty()) property["description"] = one.sentence;
+    if (const std::string former(former_name(one.name)); !former.empty()) {
+      properties[former] = property;
+      properties[former]["deprecated"] = true;
+    }
     properties[one.name] = std::move(property);
     if (one.required) needed.push_back(one.name);
   }

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/config/former_names.hpp"
 #include "experiments/config/yaml_reader.hpp"
 
 namespace cvr::experiments {
@@ -82,7 +83,7 @@ void read_keys(const YamlValue& value, const std::vector<Key<S>>& keys, S& into)
   std::vector<YamlValue::Field> fields;
   for (const Key<S>& one : keys) {
     fields.push_back({one.info.name, [&one, &into](const YamlValue& v) { one.read(v, into); },
-                      one.info.required});
+                      one.info.required, std::string(former_name(one.info.name))});
   }
   value.fields(fields);
 }

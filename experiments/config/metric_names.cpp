@@ -2,10 +2,12 @@
 
 #include <algorithm>
 
+#include "experiments/config/former_names.hpp"
+
 namespace cvr::experiments {
 
 const MetricName* find_metric_name(MetricNames metrics, std::string_view name) {
-  const auto found = std::ranges::find(metrics, name, &MetricName::name);
+  const auto found = std::ranges::find(metrics, current_name(name), &MetricName::name);
   return found == metrics.end() ? nullptr : &*found;
 }
 

@@ -18,7 +18,7 @@ struct MetricName {
 
 using MetricNames = std::span<const MetricName>;
 
-/// nullptr where no metric has this name.
+/// By its name or its former one; nullptr where no metric has this name.
 const MetricName* find_metric_name(MetricNames metrics, std::string_view name);
 std::vector<std::string> names_of(MetricNames metrics);
 

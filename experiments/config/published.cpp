@@ -16,7 +16,7 @@ const PublishedFigure* PublishedTable::find(const Cell& cell) const {
     const auto same = [&](const std::string& wanted, std::string_view label) {
       return wanted.empty() || (cell.render && cell.render->label(label) == wanted);
     };
-    if (!same(figure.cache, "cache") || !same(figure.shading, "shading")) return false;
+    if (!same(figure.access_mode, "access_mode") || !same(figure.shading, "shading")) return false;
     return std::ranges::all_of(figure.parameters, [&](const auto& parameter) {
       const auto found = cell.parameters.values().find(parameter.first);
       return found != cell.parameters.values().end() && found->second == parameter.second;
@@ -45,7 +45,8 @@ std::vector<Key<PublishedFigure>> published_figure_keys() {
           key("seconds", &F::seconds, number, "", "Seconds to encode."),
           key("gb_per_s", &F::gb_per_s, number, "", "Gigabytes per second of encoding."),
           key("frame_ms", &F::frame_ms, number, "", "Milliseconds per frame."),
-          key("cache", &F::cache, one_text("an access mode"), "", "Of images: the access mode."),
+          key("access_mode", &F::access_mode, one_text("an access mode"), "",
+              "Of images: the access mode."),
           key("shading", &F::shading, one_text("a shading"), "", "Of images: the shading.")};
 }
 

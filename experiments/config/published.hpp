@@ -14,7 +14,7 @@ namespace cvr::experiments {
 struct PublishedFigure {
   std::string dataset, codec;
   std::vector<std::pair<std::string, std::string>> parameters;
-  std::string cache, shading;  ///< of pictures; empty: the figure is about none
+  std::string access_mode, shading;  ///< of images; empty: the figure is about none
   std::optional<double> rate, seconds, gb_per_s, frame_ms;
 };
 

@@ -34,7 +34,7 @@ std::string RenderChoice::describe() const {
 
 std::optional<std::string> RenderChoice::label(std::string_view name) const {
   for (const RenderOption& option : render_options()) {
-    if (option.is_label && option.name == name) return option.text(*this);
+    if (!option.label.empty() && option.label == name) return option.text(*this);
   }
   return std::nullopt;
 }

@@ -30,10 +30,10 @@ struct RenderChoice {
   std::uint32_t ao_samples = 1;       ///< frames drawn of each camera and averaged
   std::uint32_t brick = 32;           ///< brick size that the codec has, or is given
   std::uint32_t jump_frames = 0;      ///< frames compared after a camera jump; 0: none
-  std::uint32_t held_frames = 0;      ///< timed of the scene's fixed view; 0: none
-  bool picture_error = false;         ///< compare with the image of level bias 0 and many samples
+  std::uint32_t warm_frames = 0;      ///< timed of the scene's fixed view; 0: none
+  bool image_error = false;           ///< compare with the image of level bias 0 and many samples
   std::optional<std::uint32_t> step;  ///< progressive step that is drawn; none: the whole encoding
-  bool keep_pictures = false;         ///< leave the image of the fixed view in the results
+  bool keep_images = false;           ///< leave the image of the fixed view in the results
   std::uint32_t path_parts = 0;       ///< see gpu::Scene
   bool count_path = true;             ///< draw the path once more by kernels that count
   std::string device;                 ///< as the user names it; empty: the renderer's own choice

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kMostMib = std::uint64_t{1} << 20;
 constexpr std::uint32_t kMostSide = 16384, kMostFrames = 1000000, kMostSamples = 65536,
-                        kMostSteps = 15, kMostJumpFrames = 64, kMostHeldFrames = 1000;
+                        kMostSteps = 15, kMostJumpFrames = 64, kMostWarmFrames = 1000;
 
 // How the values of the options are written and read.
 
@@ -62,7 +62,7 @@ struct Facts {
   std::string key, name;
   std::string prefix;  ///< before the value in a cell's key
   bool later = false;  ///< in a cell's key only where it is not the default
-  bool is_label = false;
+  std::string label;
   unsigned axis = 0;
   std::string what;  ///< the values of an axis are, in errors
   std::string fallback, sentence;
@@ -75,7 +75,7 @@ template <class M>
 RenderOption carried(M RenderChoice::*member, const Facts& facts) {
   RenderOption option;
   option.name = facts.name;
-  option.is_label = facts.is_label;
+  option.label = facts.label;
   option.axis = facts.axis;
   option.row_schema = schema_of(M{});
   if (!facts.row_facts.empty()) option.row_schema.update(Row::parse(facts.row_facts));
@@ -143,7 +143,7 @@ RenderSetter set_scene(const std::string& name, const std::string& path) {
 
 RenderOption scene_option() {
   RenderOption made = carried(&RenderChoice::scene,
-                              {.key = "scenes", .name = "scene", .is_label = true, .axis = 1});
+                              {.key = "scenes", .name = "scene", .label = "scene", .axis = 1});
   made.in_cell_key = [](const RenderChoice& c) { return c.scene; };
   const auto names = list_of(one_text("the name of a scene, or of its file"), "scenes");
   made.is_needed = true;
@@ -182,9 +182,9 @@ std::vector<std::string> access_modes(volumes::VolumeKind kind) {
 
 RenderOption access_option() {
   RenderOption made =
-      carried(&RenderChoice::access, {.key = "caches",
+      carried(&RenderChoice::access, {.key = "access_modes",
                                       .name = "cache",
-                                      .is_label = true,
+                                      .label = "access_mode",
                                       .axis = 5,
                                       .row_facts = R"({"description": "id of the access mode"})"});
   std::vector<std::string> ids;
@@ -193,9 +193,9 @@ RenderOption access_option() {
       list_of(one_word(ids, fmt::format("an access mode ({})", fmt::join(ids, ", "))),
               "access modes, or all");
   made.is_needed = true;
-  made.key = {"caches", "all, or a list of access modes",
+  made.key = {"access_modes", "all, or a list of access modes",
               schema_of_either(R"({"const": "all"})", names.schema), "",
-              "Access modes (`cvrbench list caches`); all: those that serve the volume."};
+              "Access modes (`cvrbench list access-modes`); all: those that serve the volume."};
   made.read = [names](const YamlValue& value, const std::string&) -> RenderValues {
     if (value.is_scalar() && value.text() == "all")
       return [](volumes::VolumeKind kind) { return set_access(access_modes(kind)); };
@@ -208,7 +208,7 @@ RenderOption cache_mib_option() {
   RenderOption made = option(&RenderChoice::cache_mib, whole_number(1, kMostMib),
                              {.key = "cache_mib",
                               .name = "cache_mib",
-                              .is_label = true,
+                              .label = "cache_mib",
                               .axis = 6,
                               .what = "sizes in MiB",
                               .fallback = "256",
@@ -224,7 +224,7 @@ RenderOption cache_mib_option() {
 RenderOption size_option() {
   RenderOption made;
   made.name = "size";
-  made.is_label = true;
+  made.label = "size";
   const auto sides = exactly<2>(whole_number(1, kMostSide), "two sides [WIDTH, HEIGHT]");
   made.row_schema = Row::parse(sides.schema);
   made.key = {"size", sides.values, sides.schema, "the scene's own", "Of the image, in pixels."};
@@ -269,7 +269,7 @@ std::vector<RenderOption> make_options() {
       option(&C::shading, shading_shape("one of local, shadow, ao"),
              {.key = "shadings",
               .name = "shading",
-              .is_label = true,
+              .label = "shading",
               .axis = 2,
               .what = "shadings",
               .fallback = "the scene's own",
@@ -280,7 +280,7 @@ std::vector<RenderOption> make_options() {
              {.key = "frames",
               .name = "frames",
               .prefix = "frames=",
-              .is_label = true,
+              .label = "frames",
               .fallback = "the scene's own",
               .sentence = "Frames of the camera path that are drawn.",
               .row_facts = R"({"minimum": 1, "description": "cameras of the path"})"}),
@@ -288,7 +288,7 @@ std::vector<RenderOption> make_options() {
              {.key = "lod_bias",
               .name = "lod_bias",
               .prefix = "lod_bias=",
-              .is_label = true,
+              .label = "lod_bias",
               .axis = 3,
               .what = "levels",
               .fallback = "the scene's own",
@@ -298,7 +298,7 @@ std::vector<RenderOption> make_options() {
              {.key = "ao_samples",
               .name = "ao_samples",
               .prefix = "ao_samples=",
-              .is_label = true,
+              .label = "ao_samples",
               .axis = 4,
               .what = "numbers of samples",
               .fallback = "1",
@@ -318,8 +318,8 @@ std::vector<RenderOption> make_options() {
               .prefix = "jump=",
               .fallback = "none",
               .sentence = "Frames that are compared with the reference after a camera jump."}),
-      option(&C::held_frames, whole_number(0, kMostHeldFrames),
-             {.key = "held_frames",
+      option(&C::warm_frames, whole_number(0, kMostWarmFrames),
+             {.key = "warm_frames",
               .name = "held_frames",
               .prefix = "held=",
               .fallback = "0",
@@ -327,8 +327,8 @@ std::vector<RenderOption> make_options() {
                   "Warm frames: of the scene's fixed view, timed in each round after the path once "
                   "the image is exact and the cache filled, each drawn anew as a first frame is.",
               .row_facts = R"({"maximum": 1000})"}),
-      option(&C::picture_error, zero_or_one(),
-             {.key = "picture_error",
+      option(&C::image_error, zero_or_one(),
+             {.key = "image_error",
               .name = "picture_error",
               .prefix = "error=",
               .fallback = "0",
@@ -339,7 +339,7 @@ std::vector<RenderOption> make_options() {
            .name = "step",
            .prefix = "step=",
            .later = true,
-           .is_label = true,
+           .label = "step",
            .axis = 7,
            .what = "numbers of progressive steps",
            .fallback = "the whole",
@@ -348,8 +348,8 @@ std::vector<RenderOption> make_options() {
            .row_facts =
                R"({"description": "progressive step that is drawn; absent: the whole encoding"})",
            .in_every_row = false}),
-      option(&C::keep_pictures, zero_or_one(),
-             {.key = "keep_pictures",
+      option(&C::keep_images, zero_or_one(),
+             {.key = "keep_images",
               .name = "keep_pictures",
               .prefix = "pictures=",
               .later = true,
@@ -397,7 +397,7 @@ Row render_schema() {
              {"required", Row::array()},
              {"additionalProperties", false},
              {"properties", Row::object()},
-             {"description", "what a picture depends on besides volume and codec"}};
+             {"description", "what an image depends on besides volume and codec"}};
   for (const RenderOption& option : render_options()) {
     if (option.name == "scene_path") continue;  // of one machine alone
     schema["properties"][option.name] = option.row_schema;
@@ -409,14 +409,14 @@ Row render_schema() {
 std::vector<std::string> render_labels() {
   std::vector<std::string> labels;
   for (const RenderOption& option : render_options()) {
-    if (option.is_label) labels.push_back(option.name);
+    if (!option.label.empty()) labels.push_back(option.label);
   }
   return labels;
 }
 
 bool is_render_label(std::string_view name) {
   return std::ranges::any_of(render_options(), [&](const RenderOption& option) {
-    return option.is_label && option.name == name;
+    return !option.label.empty() && option.label == name;
   });
 }
 

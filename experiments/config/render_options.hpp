@@ -21,9 +21,9 @@ using RenderSetter = std::function<void(RenderChoice&)>;
 using RenderValues = std::function<std::vector<RenderSetter>(volumes::VolumeKind)>;
 
 struct RenderOption {
-  KeyInfo key;       ///< in a block of the matrix; without a name: no key sets it
-  std::string name;  ///< in rows, and where `is_label` in tables, filters and conditions
-  bool is_label = false;
+  KeyInfo key;             ///< in a block of the matrix; without a name: no key sets it
+  std::string name;        ///< in rows
+  std::string label;       ///< in tables, filters and conditions; empty: it is none
   bool is_needed = false;  ///< with the stage render the block must have the key
   unsigned axis = 0;       ///< above 0: several values multiply the cells, those of axis 1 slowest
   Row row_schema;          ///< JSON schema of the value in rows

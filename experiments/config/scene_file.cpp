@@ -212,7 +212,7 @@ std::vector<Key<SceneDraft>> scene_keys() {
             d.scene.frames = d.scene.path_frames = static_cast<std::uint32_t>(frames);
           },
           "64", "Frames of the path."),
-      key("held", &D::fixed, camera_number, "0",
+      key("fixed_view", &D::fixed, camera_number, "0",
           "Number of the camera, from 0, that is the fixed view of warm frames."),
       key<D>(
           "size", exactly<2>(whole_number(1, kMaxSide), "two sides [WIDTH, HEIGHT]"),

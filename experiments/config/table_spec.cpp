@@ -25,7 +25,7 @@ std::vector<std::string> line_labels() {
 Shape<std::string> line_label() {
   return {[](const YamlValue& value) {
             const std::vector<std::string> labels = line_labels();
-            std::string label = value.text("a label");
+            std::string label(current_name(value.text("a label")));
             if (std::ranges::find(labels, label) == labels.end()) {
               value.expected(
                   fmt::format("one of {}{}", fmt::join(labels, ", "), did_you_mean(label, labels)));
@@ -37,11 +37,12 @@ Shape<std::string> line_label() {
 
 Shape<std::string> metric_name(MetricNames metrics) {
   return {[metrics](const YamlValue& value) {
-            std::string name = value.text();
-            if (find_metric_name(metrics, name) == nullptr)
+            const std::string name = value.text();
+            const MetricName* found = find_metric_name(metrics, name);
+            if (found == nullptr)
               value.expected("a metric ('list metrics' names them)" +
                              did_you_mean(name, names_of(metrics)));
-            return name;
+            return std::string(found->name);
           },
           "a metric", std::string(kTextSchema)};
 }

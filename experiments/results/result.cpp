@@ -82,7 +82,7 @@ FieldTable<Parts::Verification> table_of() {
       .optional("same_as_raw", &S::same_as_raw,
                 "labels and colours are exactly those of codec raw without a cache on the device",
                 R"({"const": true})")
-      .optional("samples", &S::samples, "random rays a pixel in these pictures")
+      .optional("samples", &S::samples, "random rays per pixel in these pictures")
       .optional("psnr_db", &S::psnr_db, "against the reference, the worst view; null where equal")
       .optional("largest_difference", &S::largest_difference,
                 "of a colour channel in 0 .. 1, against the reference");
@@ -201,7 +201,7 @@ template <>
 FieldTable<Parts::FrameTimes> table_of() {
   using S = Parts::FrameTimes;
   return FieldTable<S>()
-      .required("count", &S::count, "frames a round", kFrom1)
+      .required("count", &S::count, "frames per round", kFrom1)
       .required("rounds", &S::rounds, "", kFrom1)
       .all_of<Parts::Spread>()
       .required(
@@ -230,7 +230,7 @@ FieldTable<Parts::Held> table_of() {
   return FieldTable<S>()
       .required("key", &S::key, "of the camera path, from 0", kFrom0)
       .required("exact_after_frames", &S::exact_after_frames,
-                "from an empty cache; parts of the picture where the cache is too small for all",
+                "from an empty cache; parts of the image where the cache is too small for all",
                 kFrom1)
       .required("compared", &S::compared,
                 "false: the cache is too small for the whole view, so a held frame lacks pixels")
@@ -365,17 +365,18 @@ FieldTable<Parts> table_of() {
       .optional("start", &S::start, "seconds before the first frame: upload_s, kernels_s, scene_s")
       .optional(
           "held", &S::held,
-          "frames of one view once its picture is exact and the cache filled, each drawn anew; "
+          "frames of one view once its image is converged and the cache filled, each drawn anew; "
           "statistics as in frames")
-      .optional("exact_after_frames", &S::exact_after_frames,
-                "most frames of three views until the picture was exact, each from an empty cache")
+      .optional(
+          "exact_after_frames", &S::exact_after_frames,
+          "most frames of three views until the image was converged, each from an empty cache")
       .optional("pictures", &S::pictures,
                 "files in OUT/pictures: the held view, and its difference to the reference of the "
                 "original")
       .optional(
           "jump", &S::jump,
           "the first frames after the camera has jumped to a view that the cache has not seen, "
-          "compared with the exact picture")
+          "compared with the converged image")
       .optional(
           "picture_error", &S::picture_error,
           "of labels one view with this cell's levels and samples against the reference with "

@@ -130,7 +130,7 @@ class Runner {
     return ended;
   }
 
-  /// One clear end in place of a failed row a cell where nothing can draw. Throws gpu::DeviceError.
+  /// One clear end in place of a failed row per cell where nothing can draw. Throws gpu::DeviceError.
   void require_device(const std::vector<PlannedCell>& plan) const {
     const bool draws = std::ranges::any_of(plan, [](const PlannedCell& planned) {
       return planned.decision == Decision::kRun && planned.cell.stage->renders;
@@ -463,6 +463,12 @@ class Runner {
 };
 
 }  // namespace
+
+void RunSummary::add_ended(const RunSummary& other) {
+  for (const auto& [status, count] : other.by_status) by_status[status] += count;
+  environment_failures += other.environment_failures;
+  if (!other.last_reason.empty()) last_reason = other.last_reason;
+}
 
 RunSummary run_config(const Config& config, const RunOptions& options) {
   return Runner(config, options).run();

@@ -59,6 +59,9 @@ struct RunSummary {
       0;  ///< failed cells whose device was lost or had no memory left: nothing is said of the codec
   std::string last_reason;  ///< of the last cell that was not ok
   bool interrupted = false;
+
+  /// Adds the cells of another one that have ended.
+  void add_ended(const RunSummary& other);
 };
 
 /// Throws InputError, OutputError, EnvironmentError and std::system_error; failures of cells are

@@ -89,8 +89,7 @@ void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers, Sta
                          ? open_location(spec.location, spec.threads)
                          : volumes::open_volume(spec.raw_path, spec.location.info.kind);
   hooks.begin(spec);
-  const std::function<void()> after_wait = hooks.after_wait(spec);
-  const auto stage = make_stage_run({spec, *truth, hooks.source(spec, *truth), after_wait});
+  const auto stage = make_stage_run({spec, *truth, hooks.source(spec, *truth), hooks});
   const Parts parts = stage->prepare();
   malloc_trim(0);  // what the check has freed is not the rounds'
   reset_peak_memory();

@@ -34,7 +34,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kComplaintBytes = 500;
 constexpr std::size_t kLongestAnswer = std::size_t{64} << 20;
 constexpr std::size_t kSaidBytes = 60;
-constexpr std::size_t kBlock = 1 << 16;
+constexpr std::size_t kPipeBytes = 1 << 16;
 /// A signal that arrives just before poll does not end it, so the wait is cut in pieces.
 constexpr double kLongestWait = 0.2;
 
@@ -165,7 +165,7 @@ WorkerProcess::Wait WorkerProcess::take_answer(std::size_t end, Row& message) {
 WorkerProcess::Wait WorkerProcess::receive(double timeout_seconds, Row& message,
                                            const volatile std::sig_atomic_t* interrupted) {
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout_seconds);
-  std::vector<char> block(kBlock);
+  std::vector<char> block(kPipeBytes);
   for (bool late = false; true;) {
     if (const std::size_t end = pending_.find('\n', searched_); end != std::string::npos)
       return take_answer(end, message);

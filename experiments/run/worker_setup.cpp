@@ -46,7 +46,7 @@ WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const Raw
   spec.seed = config.seed;
   spec.lods = config.lods;
   spec.render = planned.cell.render;
-  if (spec.render && spec.render->keep_pictures)
+  if (spec.render && spec.render->keep_images)
     spec.pictures = place_of_pictures(planned, folder.path());
   return spec;
 }

@@ -1,4 +1,4 @@
-// Single voxels: ns a voxel for uniform, clustered and, of labels, one-label points, for each level
+// Single voxels: ns per voxel for uniform, clustered and, of labels, one-label points, for each level
 // of detail. A codec that decodes no single voxels answers by its bricks: a point decodes the brick
 // it lies in, unless it is that of the point before.
 //

@@ -2,7 +2,7 @@
 // render_scalars.cpp), then timed.
 //
 // A round is the camera path once, from an empty cache: for each camera ao_samples frames. Then,
-// where held_frames are asked for, the camera stands still at the scene's fixed view: where the
+// where warm frames are asked for, the camera stands still at the scene's fixed view: where the
 // renderer keeps voxels from frame to frame, the image is settled and kFillingFrames more frames
 // let the cache take in what was pushed out by others on the way; and the frames of the fixed view
 // are timed. Each starts anew with the first sample, so all trace the same rays. Times are those of
@@ -37,14 +37,15 @@ class RenderRun final : public StageRun {
       : spec_(input.spec),
         truth_(input.truth),
         source_(input.source),
-        after_wait_(input.after_wait),
+        hooks_(input.hooks),
         choice_(*spec_.render),
         scene_(scene_of(choice_)) {}
 
   Parts prepare() override {
     require_scene(scene_, truth_.info().kind);
-    device_ = std::make_unique<gpu::Device>(
-        gpu::DeviceOptions{.choice = choice_.device, .after_wait = after_wait_});
+    gpu::DeviceOptions options{.choice = choice_.device};
+    hooks_.change_device(options);
+    device_ = std::make_unique<gpu::Device>(options);
     const RenderSetting setting = this->setting();
     const codecs::Buffer bytes = obtain_encoded(spec_, source_);
     const auto file = checked(codecs::open_file(bytes.bytes()));
@@ -62,7 +63,7 @@ class RenderRun final : public StageRun {
     for (const auto& [name, seconds] : renderer_->start_parts()) start[name + "_s"] = seconds;
     if (const auto seconds = setting.show_scene(*renderer_)) start["scene_s"] = *seconds;
     subject->check_images(*renderer_, parts);
-    if (choice_.keep_pictures) {
+    if (choice_.keep_images) {
       setting.settle(*renderer_, setting.fixed_shot());
       parts.pictures =
           keep_pictures(spec_, subject->reference(setting.fixed_shot()), renderer_->read_image());
@@ -87,8 +88,8 @@ class RenderRun final : public StageRun {
     }
     samples.front() = watch.lap("path", std::uint64_t{scene_.frames} * choice_.ao_samples);
     samples.front().wall_seconds = seconds;
-    if (choice_.held_frames > 0) setting.fill_cache(*renderer_);
-    for (std::uint32_t frame = 0; frame < choice_.held_frames; ++frame)
+    if (choice_.warm_frames > 0) setting.fill_cache(*renderer_);
+    for (std::uint32_t frame = 0; frame < choice_.warm_frames; ++frame)
       add_frame(renderer_->render(setting.fixed_camera()), "held", "held-pass/", samples);
     return samples;
   }
@@ -99,7 +100,7 @@ class RenderRun final : public StageRun {
   WorkerSpec spec_;
   const volumes::VolumeSource& truth_;
   const volumes::VolumeSource& source_;
-  std::function<void()> after_wait_;
+  StageHooks& hooks_;
   const RenderChoice& choice_;
   gpu::Scene scene_;
   std::unique_ptr<gpu::Device> device_;

@@ -91,7 +91,7 @@ void require_scalar_image(const ImageErrors& errors, double part) {
   const double psnr = -10 * std::log10(errors.largest_mse);
   if (psnr >= kLeastPsnr) return;
   throw StageFailure(kFailed,
-                     fmt::format("at part {} of the path the picture is {:.1f} dB from that of the "
+                     fmt::format("at part {} of the path the image is {:.1f} dB from that of the "
                                  "reference, {:.0f} at least were expected",
                                  part, psnr, kLeastPsnr));
 }

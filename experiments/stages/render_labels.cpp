@@ -52,14 +52,14 @@ class LabelSubject final : public RenderSubject {
       frames = std::max<std::uint64_t>(frames, setting_.settle(renderer, shot).frames);
       compare_image(renderer, shot, errors);
     }
-    if (choice_.held_frames > 0) check_fixed(renderer, errors, parts);
+    if (choice_.warm_frames > 0) check_fixed(renderer, errors, parts);
     require_label_images(errors);
     Parts::Verification& verification = *parts.verification;
     verification.pixels_compared = errors.pixels;
     verification.label_mismatches = errors.labels - errors.near_ties;
     verification.near_ties = errors.near_ties;
     verification.other_colours = errors.colours;
-    verification.same_as_raw = true;
+    if (same_as_raw_) verification.same_as_raw = true;
     verification.samples = samples;
     verification.psnr_db = psnr_of(errors.largest_mse);
     verification.largest_difference = errors.largest;
@@ -81,14 +81,17 @@ class LabelSubject final : public RenderSubject {
   /// The image that the renderer holds.
   void compare_image(const gpu::FrameRenderer& renderer, const Shot& shot, ImageErrors& errors) {
     const gpu::Image image = renderer.read_image();
-    const gpu::ImageDifference from_raw = gpu::compare(truth_.raw(shot), image);
+    const std::optional<gpu::Image> raw = truth_.raw(shot);
+    if (!raw) return errors.add(truth_.errors_of_image(shot, image));
+    const gpu::ImageDifference from_raw = gpu::compare(*raw, image);
     if (!from_raw.identical()) {
       throw StageFailure(
-          kFailed, fmt::format("at part {} of the path the picture is not that of codec raw: {} of "
+          kFailed, fmt::format("at part {} of the path the image is not that of codec raw: {} of "
                                "{} labels differ, colours by up to {}",
                                shot.part, from_raw.labels, from_raw.pixels, from_raw.largest));
     }
     errors.add(truth_.errors_of_raw(shot));  // which is the same image
+    same_as_raw_ = true;
   }
 
   /// A frame of the fixed view as it is timed: drawn whole from the filled cache. Where the cache
@@ -110,7 +113,8 @@ class LabelSubject final : public RenderSubject {
     if (choice_.jump_frames == 0) return;
     setting_.settle(renderer, {kJumpFrom, 1, scene_.lod_bias});
     const Shot shot{kJumpTo, 1, scene_.lod_bias};
-    const gpu::Image expected = truth_.raw(shot);
+    const std::optional<gpu::Image> raw = truth_.raw(shot);
+    const gpu::Image expected = raw ? *raw : truth_.reference(shot);
     Parts::Jump& jump = parts.jump.emplace();
     for (std::uint32_t frame = 0; frame < choice_.jump_frames; ++frame) {
       const gpu::FrameResult result = renderer.render(scene_.path.at(shot.part));
@@ -124,7 +128,7 @@ class LabelSubject final : public RenderSubject {
   /// Levels of detail and few samples as an error of the image: against level bias 0 and many
   /// samples.
   void measure_error(gpu::FrameRenderer& renderer, Parts& parts) {
-    if (!choice_.picture_error) return;
+    if (!choice_.image_error) return;
     const Shot best{kErrorPart, choice_.shading == gpu::Shading::kAo ? kBestSamples : 1, 0};
     setting_.settle(renderer, {kErrorPart, choice_.ao_samples, scene_.lod_bias});
     const ImageErrors errors = errors_of(truth_.reference(best), renderer.read_image());
@@ -170,7 +174,7 @@ class LabelSubject final : public RenderSubject {
         counting->render(scene_.camera(frame));
       parts.counters = counted(*counting);
     }
-    if (choice_.held_frames > 0) count_fixed(*counting, *parts.held);
+    if (choice_.warm_frames > 0) count_fixed(*counting, *parts.held);
   }
 
   /// What a frame of the fixed view still reads and decodes, once the cache is filled.
@@ -192,6 +196,7 @@ class LabelSubject final : public RenderSubject {
   const gpu::Scene& scene_;
   codecs::GpuEncoding encoding_;
   RenderTruth truth_;
+  bool same_as_raw_ = false;
 };
 
 }  // namespace

@@ -47,7 +47,7 @@ class RenderStage final : public StageKind {
     const RenderChoice& render = *cell.render;
     const auto pixels = static_cast<double>(std::uint64_t{render.width} * render.height);
     const double frames =
-        kCheckFrames + (rounds + 1) * (render.frames * render.ao_samples + render.held_frames);
+        kCheckFrames + (rounds + 1) * (render.frames * render.ao_samples + render.warm_frames);
     return kStartSeconds + frames * pixels / kPixelsPerSecond;
   }
   /// Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of

@@ -57,31 +57,31 @@ std::string RenderTruth::file_of(const Shot& shot, const std::string& kind) cons
   return fmt::format("{:016x}.picture", XXH3_64bits(text.data(), text.size()));
 }
 
-std::optional<RenderTruth::Picture> RenderTruth::load(const std::string& file) const {
+std::optional<RenderTruth::Drawn> RenderTruth::load(const std::string& file) const {
   if (file == last_file_) return last_;
   if (spec_.scratch.empty()) return std::nullopt;
   std::ifstream in(fs::path(spec_.scratch) / file, std::ios::binary);
   if (!in) return std::nullopt;
-  Picture picture;
-  gpu::Image& image = picture.image;
+  Drawn drawn;
+  gpu::Image& image = drawn.image;
   image.width = spec_.render->width;
   image.height = spec_.render->height;
   std::vector<std::uint64_t> needed;
   if (!get(in, image.colour, 3 * image.pixels()) || !get(in, image.labels, image.pixels()) ||
       !get(in, image.complete, image.pixels()) || !get(in, needed, 3))
     return std::nullopt;
-  picture.needed = {needed[0], needed[1], needed[2]};
-  return picture;
+  drawn.needed = {needed[0], needed[1], needed[2]};
+  return drawn;
 }
 
-void RenderTruth::save(const std::string& file, const Picture& picture) const {
+void RenderTruth::save(const std::string& file, const Drawn& drawn) const {
   if (spec_.scratch.empty()) return;
   std::string content;
-  put(content, picture.image.colour);
-  put(content, picture.image.labels);
-  put(content, picture.image.complete);
-  put(content, std::vector{picture.needed.visits, picture.needed.distinct_cells,
-                           picture.needed.distinct_bricks});
+  put(content, drawn.image.colour);
+  put(content, drawn.image.labels);
+  put(content, drawn.image.complete);
+  put(content,
+      std::vector{drawn.needed.visits, drawn.needed.distinct_cells, drawn.needed.distinct_bricks});
   keep_in_scratch(fs::path(spec_.scratch) / file, content);
 }
 
@@ -112,6 +112,13 @@ gpu::NeededWork RenderTruth::needed(const Shot& shot) {
   return last_.needed;
 }
 
+/// Whether all levels of the volume fit into one allocation of the device, as `raw` needs it. What is
+/// too large for that is what compressed volumes are for; its images are held to the reference alone.
+bool RenderTruth::has_room_for_raw() const {
+  const std::uint64_t bytes = truth_.info().bytes() / 7 * 8;
+  return bytes <= std::min(device_.limits().largest_allocation, device_.limits().memory);
+}
+
 void RenderTruth::make_raw_renderer() {
   const codecs::Codec& codec = *codecs::find_codec("raw");
   const auto parameters = checked(codecs::Parameters::parse(codec.parameters(), {}));
@@ -126,21 +133,22 @@ void RenderTruth::make_raw_renderer() {
   raw_ = checked(gpu::Renderer::make(device_, encoding, truth_.info(), options));
 }
 
-gpu::Image RenderTruth::raw(const Shot& shot) {
+std::optional<gpu::Image> RenderTruth::raw(const Shot& shot) {
+  if (!has_room_for_raw()) return std::nullopt;
   const std::string file = file_of(shot, "raw");
   if (auto there = load(file)) return std::move(there->image);
   if (!raw_) make_raw_renderer();
   const gpu::Scene scene = scene_at(shot);
   checked(raw_->set_scene(scene));
   if (!raw_->settle(scene.path.at(shot.part), shot.samples).complete)
-    throw StageFailure(kFailed, "codec raw without a cache did not complete its picture");
-  Picture picture{raw_->read_image(), {}};
-  save(file, picture);
-  return std::move(picture.image);
+    throw StageFailure(kFailed, "codec raw without a cache did not complete its image");
+  Drawn drawn{raw_->read_image(), {}};
+  save(file, drawn);
+  return std::move(drawn.image);
 }
 
-ImageErrors RenderTruth::find_errors(const Shot& shot) {
-  const gpu::Image found = raw(shot), expected = reference(shot);
+ImageErrors RenderTruth::errors_of_image(const Shot& shot, const gpu::Image& found) {
+  const gpu::Image expected = reference(shot);
   ImageErrors errors = errors_of(expected, found);
   if (errors.labels == 0) return errors;
   const gpu::Scene scene = scene_at(shot);
@@ -158,7 +166,7 @@ ImageErrors RenderTruth::errors_of_raw(const Shot& shot) {
   if (std::ifstream in(path, std::ios::binary);
       !spec_.scratch.empty() && in.read(bytes, sizeof errors))
     return errors;
-  errors = find_errors(shot);
+  errors = errors_of_image(shot, *raw(shot));
   if (spec_.scratch.empty()) return errors;
   keep_in_scratch(path, {bytes, sizeof errors});
   return errors;

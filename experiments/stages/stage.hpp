@@ -19,6 +19,10 @@
 #include "volumes/error.hpp"
 #include "volumes/source.hpp"
 
+namespace cvr::gpu {
+struct DeviceOptions;
+}
+
 namespace cvr::experiments {
 
 class StageFailure : public std::runtime_error {
@@ -29,14 +33,6 @@ class StageFailure : public std::runtime_error {
 
  private:
   std::string status_;
-};
-
-/// What a stage works on; all outlive its run.
-struct StageInput {
-  const WorkerSpec& spec;
-  const volumes::VolumeSource& truth;
-  const volumes::VolumeSource& source;      ///< what is encoded: the truth, but in tests
-  const std::function<void()>& after_wait;  ///< see gpu::DeviceOptions
 };
 
 /// What a build of the worker for tests changes (tests/faults); the program's own changes nothing.
@@ -50,10 +46,18 @@ class StageHooks {
                                               const volumes::VolumeSource& truth) {
     return truth;
   }
-  virtual std::function<void()> after_wait(const WorkerSpec&) { return {}; }
+  virtual void change_device(gpu::DeviceOptions&) {}
   virtual void begin_round() {}
   /// Samples as the stage has taken them.
   virtual void end_round(std::vector<Sample>&) {}
+};
+
+/// What a stage works on; all outlive its run.
+struct StageInput {
+  const WorkerSpec& spec;
+  const volumes::VolumeSource& truth;
+  const volumes::VolumeSource& source;  ///< what is encoded: the truth, but in tests
+  StageHooks& hooks;
 };
 
 class StageRun {

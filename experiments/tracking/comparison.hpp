@@ -93,7 +93,7 @@ struct CompareReport {
 CompareReport compare_rows(const std::vector<Result>& base, const std::vector<Result>& fresh,
                            const CompareOptions& options);
 
-/// One line a codec and mode: how many quantities came out how, and the geometric mean of the
+/// One line per codec and mode: how many quantities came out how, and the geometric mean of the
 /// ratios of times and of sizes.
 struct CompareSummary {
   std::string codec, mode;

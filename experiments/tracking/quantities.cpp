@@ -80,7 +80,7 @@ std::vector<Quantity> quantities_of(const Result& row) {
   if (row.size) add_exact(to_json(*row.size), "size", all);
   if (row.error) add_exact(to_json(*row.error), "error", all);
   if (row.verification) {
-    // How far a picture is from the reference depends on the device's arithmetic; wrong pixels and
+    // How far an image is from the reference depends on the device's arithmetic; wrong pixels and
     // voxels do not.
     const Row verification = to_json(*row.verification);
     for (const char* count :

@@ -29,8 +29,9 @@ struct Quantity {
   QuantityKind kind;
   std::string text = {};              ///< of exact figures that are no number
   std::optional<double> number = {};  ///< of exact and counted figures
-  std::vector<double> samples = {};  ///< of times: one a round, in the order of the rounds, above 0
-  std::string unit = {};             ///< of times: "s", "ns", "ms"
+  std::vector<double> samples =
+      {};                 ///< of times: one per round, in the order of the rounds, above 0
+  std::string unit = {};  ///< of times: "s", "ns", "ms"
   std::string_view noise_class = {};  ///< of times: whose noise floor counts, one of kNoiseClasses
 };
 

@@ -313,7 +313,7 @@ Device::Device(const DeviceOptions& options) : after_wait_(options.after_wait) {
     vkGetPhysicalDeviceProperties(physical_, &properties);
     period_ = static_cast<double>(properties.limits.timestampPeriod);
     const bool llvmpipe = chosen.driver == VK_DRIVER_ID_MESA_LLVMPIPE;
-    limits_ = {report_.largest_allocation,
+    limits_ = {std::min(report_.largest_allocation, options.largest_allocation),
                report_.memory,
                report_.shared_memory,
                report_.subgroup,

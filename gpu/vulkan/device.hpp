@@ -42,6 +42,7 @@ struct DeviceOptions {
       choice;  ///< an index, or a part of a name or type, in any case; empty: the first software device, else the first usable
   bool validation = false;    ///< the Khronos validation layer: core, synchronisation
   bool gpu_assisted = false;  ///< and its GPU-assisted checks
+  std::uint64_t largest_allocation = UINT64_MAX;  ///< bytes; a smaller device than there is
   /// Called when the device has ended what was submitted; may throw DeviceError, as a driver would
   /// that has lost it.
   std::function<void()> after_wait = {};

@@ -90,6 +90,6 @@ FIGURE = Figure(
     "Frame time against image error",
     "Device time of a frame against the PSNR of the image, of labels to level bias 0 and many samples, of scalars to the original. The colour is the "
     "codec's, the marker the access mode's. Times with the interval of the median of their repetitions (95 % from six on, none below three). Upper left is better.",
-    "No row of stage render with picture_error. configs/sweeps.yaml (labels) and configs/paper/tvq_steps.yaml (scalars) have it.",
+    "No row of stage render with image_error. configs/sweeps.yaml (labels) and configs/paper/tvq_steps.yaml (scalars) have it.",
     draw,
 )

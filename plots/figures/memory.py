@@ -78,6 +78,6 @@ FIGURE = Figure(
     "All buffers of the device, caches included, against the device time of a frame (held: one view, the cache filled; path: from an empty cache). The "
     "colour is the codec's, the marker the access mode's. Times with the interval of the median of their repetitions (95 % from six on, none below three). "
     "Lower left is better.",
-    "No row of stage render that is ok. configs/held.yaml has them; configs/quick.yaml has a few.",
+    "No row of stage render that is ok. configs/fixed_view.yaml has them; configs/quick.yaml has a few.",
     draw,
 )

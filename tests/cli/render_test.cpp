@@ -1,4 +1,4 @@
-// render, list caches, list devices and the render stage of run, on whatever Vulkan device there
+// render, list access-modes, list devices and the render stage of run, on whatever Vulkan device there
 // is; lavapipe will do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -43,18 +43,18 @@ matrix:
     codecs: [raw, zstd, csgvr-sb]
     stages: [render]
     scenes: [cells]
-    caches: [none, voxel, brick]
+    access_modes: [none, voxel, brick]
     shadings: [local, ao]
     ao_samples: 2
     cache_mib: 4
     size: [96, 54]
     frames: 3
     jump_frames: 2
-    held_frames: 3
-    picture_error: 1
+    warm_frames: 3
+    image_error: 1
 tables:
-  - {name: t, title: Frames, rows: [codec, cache], pivot: {columns: [shading], metric: frame_ms}}
-  - {name: e, title: Exactness, rows: [codec, cache, shading], columns: [label_mismatches, near_ties, exact_after_frames, gpu_mib]}
+  - {name: t, title: Frames, rows: [codec, access_mode], pivot: {columns: [shading], metric: frame_ms}}
+  - {name: e, title: Exactness, rows: [codec, access_mode, shading], columns: [label_mismatches, near_ties, converged_after, gpu_mib]}
 )";
 
 class Render : public testing::Test {
@@ -99,6 +99,36 @@ TEST_F(Render, APictureFromAVolumeIsThatOfItsEncodedFile) {
     EXPECT_TRUE(program_.read(name + ".png") == program_.read("a.png")) << name << ".png differs";
     EXPECT_TRUE(program_.read(name + ".u64") == labels) << name << ".u64 differs";
   }
+}
+
+TEST_F(Render, ADeviceWithoutRoomForAllVoxelsIsHeldToTheReference) {
+  program_.write("small.yaml", R"(rounds: 1
+max_rounds: 1
+matrix:
+  - datasets: [{generator: cells, extent: [96, 96, 96], name: blob}]
+    codecs: [raw, csgvr-sb]
+    stages: [render]
+    scenes: [cells]
+    access_modes: [voxel]
+    cache_mib: 1
+    size: [96, 54]
+    frames: 2
+    warm_frames: 1
+    jump_frames: 2
+)");
+  program_.run_with_fault("device-mib=2 *", "run small.yaml --out o");
+  std::map<std::string, json> by_codec;
+  for (const json& row : rows()) by_codec[row["codec"]["id"]] = row;
+  EXPECT_EQ(by_codec["raw"]["status"], "unsupported");
+  EXPECT_THAT(by_codec["raw"]["reason"].get<std::string>(),
+              HasSubstr("exceed the device's largest allocation of 2097152"));
+  const json& row = by_codec["csgvr-sb"];
+  ASSERT_EQ(row["status"], "ok") << row["reason"];
+  const json& verification = row["verification"];
+  EXPECT_EQ(verification["pixels_compared"], 4 * 96 * 54);
+  EXPECT_EQ(verification["label_mismatches"], 0);
+  EXPECT_FALSE(verification.contains("same_as_raw"));
+  EXPECT_EQ(row["jump"]["frames"].size(), 2u);
 }
 
 TEST_F(Render, SequencesAreNumberedAndReported) {
@@ -206,7 +236,7 @@ TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
   program_.write("f.yaml", kRenderConfig);
   const Outcome outcome = program_.run_with_fault(
       "device-lost csgvr-sb",
-      "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only cache=brick --only "
+      "run f.yaml --out o --only codec=raw --only codec=csgvr-sb --only access_mode=brick --only "
       "cache=none "
       "--only shading=local --set timeout_s=60");
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
@@ -231,21 +261,20 @@ TEST_F(Render, ALostDeviceFailsItsCellsAndTheOthersGoOn) {
         << key << ": a cell that failed has no time";
   }
   // A wrong picture is a finding about the codec, whatever the device does beside it.
-  EXPECT_EQ(
-      program_
-          .run_with_fault(
-              "mismatch csgvr-sb",
-              "run f.yaml --out g --only codec=csgvr-sb --only cache=none --only shading=local")
-          .exit_code,
-      1);
+  EXPECT_EQ(program_
+                .run_with_fault("mismatch csgvr-sb",
+                                "run f.yaml --out g --only codec=csgvr-sb --only access_mode=none "
+                                "--only shading=local")
+                .exit_code,
+            1);
 }
 
 TEST_F(Render, ListsAccessModesAndDevices) {
-  const json caches = json::parse(program_.run("list caches --json").out);
+  const json caches = json::parse(program_.run("list access-modes --json").out);
   ASSERT_EQ(caches.size(), gpu::all_caches().size());
   EXPECT_EQ(caches[0]["id"], "none");
   EXPECT_EQ(caches[0]["sized"], false);
-  EXPECT_THAT(program_.run("list caches").out, HasSubstr("brick-coop-shared"));
+  EXPECT_THAT(program_.run("list access-modes").out, HasSubstr("brick-coop-shared"));
   const Outcome devices = program_.run("list devices --json");
   ASSERT_EQ(devices.exit_code, 0) << "these tests need a Vulkan device: " << devices.out
                                   << devices.err;
@@ -330,18 +359,18 @@ matrix:
     codecs: [raw]
     stages: [render]
     scenes: [cells]
-    caches: [none]
+    access_modes: [none]
     size: [48, 27]
     frames: 1
-    keep_pictures: 1
+    keep_images: 1
   - datasets: [{generator: shells, extent: [16, 16, 16], name: walls}]
     codecs: [raw, {id: vq, parameters: {bits: 2}}]
     stages: [render]
     scenes: [ct]
-    caches: [slices]
+    access_modes: [slices]
     size: [48, 27]
     frames: 1
-    keep_pictures: 1
+    keep_images: 1
 )");
   const Outcome outcome = program_.run("run k.yaml --out o");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -376,14 +405,14 @@ matrix:
     codecs: [{id: csgvr-sb, parameters: {brick: 32}}]
     stages: [render]
     scenes: [dense]
-    caches: [voxel, brick]
+    access_modes: [voxel, brick]
     cache_mib: [1, 16]
     lod_bias: -8
     size: [64, 40]
     frames: 1
-    held_frames: 2
+    warm_frames: 2
 tables:
-  - {name: t, title: T, rows: [cache, cache_mib], columns: [frame_held_ms, held_cache, held_cells_decoded, held_incomplete, status]}
+  - {name: t, title: T, rows: [access_mode, cache_mib], columns: [frame_warm_ms, warm_cache, warm_cells_decoded, warm_incomplete, status]}
 )");
   const Outcome outcome = program_.run("run s.yaml --out o");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -410,7 +439,7 @@ TEST_F(Render, AFileThatDiffersFromTheVolumeFails) {
   program_.write("f.yaml", kRenderConfig);
   const Outcome outcome = program_.run_with_fault(
       "mismatch csgvr-sb",
-      "run f.yaml --out o --only codec=csgvr-sb --only cache=none --only shading=local");
+      "run f.yaml --out o --only codec=csgvr-sb --only access_mode=none --only shading=local");
   EXPECT_EQ(outcome.exit_code, 1);
   const auto all = rows();
   ASSERT_EQ(all.size(), 1u);

@@ -5,6 +5,7 @@
 //   oom           it takes memory until there is none
 //   mismatch      what it encodes differs from the original in one voxel
 //   device-lost   the device is lost when a round submits work to it
+//   device-mib=N  the device allocates at most so much at a time
 //   slower=N      its rounds are told to have taken N times as long
 #include <fnmatch.h>
 #include <unistd.h>
@@ -67,11 +68,15 @@ class Faults final : public StageHooks {
     return *altered_;
   }
 
-  std::function<void()> after_wait(const WorkerSpec&) override {
-    if (!hits_ || fault_ != "device-lost") return {};
-    return [this] {
-      if (in_rounds_) gpu::check(VK_ERROR_DEVICE_LOST, "vkWaitForFences");
-    };
+  void change_device(gpu::DeviceOptions& options) override {
+    if (!hits_) return;
+    if (fault_ == "device-lost") {
+      options.after_wait = [this] {
+        if (in_rounds_) gpu::check(VK_ERROR_DEVICE_LOST, "vkWaitForFences");
+      };
+    }
+    if (fault_.starts_with("device-mib="))
+      options.largest_allocation = std::stoull(fault_.substr(fault_.find('=') + 1)) << 20;
   }
 
   void begin_round() override { in_rounds_ = true; }

@@ -55,7 +55,7 @@ matrix:
     codecs: [csgvr-sb]
     stages: [render]
     scenes: [of_the_moved]
-    caches: [none]
+    access_modes: [none]
     size: [32, 18]
     frames: 1
 tables:

@@ -11,7 +11,7 @@ from estimates import (
     Estimate,
     access_ns,
     geometric_mean,
-    held_ms,
+    warm_ms,
     interval_rank,
     median_of,
     path_ms,
@@ -160,7 +160,7 @@ class Estimates(unittest.TestCase):
 
     def test_frames_are_of_the_rounds_after_the_first(self):
         row = Row(samples.drawn("a", "c", "none", 10.0), Path("."), 1)
-        held = held_ms(row)
+        held = warm_ms(row)
         self.assertEqual((held.value, held.low, held.high, held.n), (10.0, 9.0, 11.0, 4))
         path = path_ms(row)
         self.assertEqual((path.value, path.low, path.n), (20.0, None, 1))

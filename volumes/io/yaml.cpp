@@ -124,14 +124,18 @@ void YamlValue::fields(const std::vector<Field>& known) const {
   std::set<std::string> seen;
   for (const auto& [key, value] : entries()) {
     const std::string name = key.text();
-    const auto field = std::ranges::find(known, name, &Field::key);
+    const auto field = std::ranges::find_if(
+        known, [&](const Field& f) { return f.key == name || f.former == name; });
     if (field == known.end()) {
       std::vector<std::string> keys;
       for (const Field& f : known) keys.push_back(f.key);
       throw InputError(fmt::format("{}: expected one of the keys {}, found '{}'{}", key.place(),
                                    fmt::join(keys, ", "), name, did_you_mean(name, keys)));
     }
-    seen.insert(name);
+    if (!seen.insert(field->key).second) {
+      throw InputError(fmt::format("{}: expected each key once, found '{}' beside '{}'",
+                                   key.place(), field->former, field->key));
+    }
     field->read(value);
   }
   for (const Field& field : known) {

@@ -51,6 +51,7 @@ class YamlValue {
     std::string key;
     std::function<void(const YamlValue&)> read;
     bool required = false;
+    std::string former = {};  ///< another name of the key; only one of the two may stand there
   };
   /// Reads a map with exactly these keys.
   void fields(const std::vector<Field>& known) const;

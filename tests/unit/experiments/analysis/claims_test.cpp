@@ -31,7 +31,7 @@ matrix:
     codecs: [raw]
     stages: [render]
     scenes: [cells]
-    caches: [none, voxel]
+    access_modes: [none, voxel]
     shadings: [local]
 claims:
   - {name: c, says: S, source: P, )";
@@ -81,7 +81,7 @@ class ClaimsTest : public testing::Test {
   std::vector<ClaimVerdict> verdicts_;
 };
 
-/// 30 dB at 1 bit a voxel and 6 dB more for each doubling, of tvq `gain` dB more; bc4 has 4 bits.
+/// 30 dB at 1 bit per voxel and 6 dB more for each doubling, of tvq `gain` dB more; bc4 has 4 bits.
 Fill lossy(double gain) {
   return [gain](const Cell& cell, Row& row) {
     if (cell.codec == kMemcpy || cell.render) return;
@@ -208,14 +208,14 @@ TEST_F(ClaimsTest, OrdersAreAscending) {
     row["held"] = {{"median_ms", ms}, {"ms", {{99, 99}, {ms, ms + 1}, {ms, ms - 1}}}};
   };
   EXPECT_EQ(
-      verdict("metric: held_ms, compare: ratio, order: [{cache: voxel}, {cache: none}]", frames),
+      verdict("metric: warm_ms, compare: ratio, order: [{cache: voxel}, {cache: none}]", frames),
       Verdict::kHolds);
   EXPECT_EQ(
-      verdict("metric: held_ms, compare: ratio, order: [{cache: none}, {cache: voxel}]", frames),
+      verdict("metric: warm_ms, compare: ratio, order: [{cache: none}, {cache: voxel}]", frames),
       Verdict::kDoesNotHold);
   EXPECT_EQ(
       verdict(
-          "metric: held_ms, compare: ratio, tolerance: 0.9, order: [{cache: none}, {cache: voxel}]",
+          "metric: warm_ms, compare: ratio, tolerance: 0.9, order: [{cache: none}, {cache: voxel}]",
           frames),
       Verdict::kHolds)
       << "a quarter is within one tenth of as much";
@@ -377,7 +377,7 @@ TEST_F(ClaimsTest, MistakesHaveTheirPlace) {
                "did you mean 'dataset'?");
   expect_error("metric: bits_per_voxel, left: {codec: bc5}, each: [dataset], at_most: 1",
                "expected cells of the stages encode");
-  expect_error("metric: held_ms, left: {codec: bc4}, each: [dataset], at_most: 1",
+  expect_error("metric: warm_ms, left: {codec: bc4}, each: [dataset], at_most: 1",
                "expected cells of the stage render that match");
   expect_error("metric: bits_per_voxel, left: {codec: bc4}, at_most: 1",
                "expected cells that agree in codec, parameters and threads, found 2");
@@ -388,12 +388,12 @@ TEST_F(ClaimsTest, MistakesHaveTheirPlace) {
   expect_error("metric: bits_per_voxel, at_most: 1", "expected the key left or order, found none");
   expect_error("metric: bits_per_voxel, right: {codec: bc4}, at_most: 1",
                "expected the key left beside right");
-  expect_error("metric: held_ms, compare: ratio, order: [{cache: none}]",
+  expect_error("metric: warm_ms, compare: ratio, order: [{cache: none}]",
                "expected a list of two sides or more");
   expect_error(
-      "metric: held_ms, compare: ratio, at_most: 1, order: [{cache: none}, {cache: voxel}]",
+      "metric: warm_ms, compare: ratio, at_most: 1, order: [{cache: none}, {cache: voxel}]",
       "expected order without at_least");
-  expect_error("metric: held_ms, order: [{cache: none}, {cache: voxel}]",
+  expect_error("metric: warm_ms, order: [{cache: none}, {cache: voxel}]",
                "expected the key compare beside");
   expect_error(ok + "compare: ratio, order: [{codec: bc4}, {codec: zfp}]",
                "expected order or left and right");

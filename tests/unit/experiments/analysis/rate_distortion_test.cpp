@@ -19,7 +19,7 @@ namespace {
 
 using Curve = std::vector<RatePoint>;
 
-/// PSNR y at 10^x bits a voxel.
+/// PSNR y at 10^x bits per voxel.
 Curve curve(const std::vector<std::pair<double, double>>& points) {
   Curve made;
   for (const auto& [x, y] : points) made.push_back({std::pow(10, x), y});

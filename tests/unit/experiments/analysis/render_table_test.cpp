@@ -113,22 +113,22 @@ TEST(RenderMetrics, HeldFramesStandBesideThePath) {
   Row row = Row::parse(
       R"({"status": "ok", "frames": {"mean_ms": 12.3456}, "held": {"median_ms": 1.5, "mean_ms": 2, "p95_ms": 4,
     "count": 5, "incomplete": {"largest": 3}, "cells_decoded": 20, "cache_complete": false}})");
-  EXPECT_EQ(text_of("held_ms", row), "1.5");
-  EXPECT_EQ(text_of("held_mean_ms", row), "2");
-  EXPECT_EQ(text_of("held_p95_ms", row), "4");
+  EXPECT_EQ(text_of("warm_ms", row), "1.5");
+  EXPECT_EQ(text_of("warm_mean_ms", row), "2");
+  EXPECT_EQ(text_of("warm_p95_ms", row), "4");
   EXPECT_EQ(text_of("held_frames", row), "5");
-  EXPECT_EQ(text_of("held_incomplete", row), "3");
-  EXPECT_EQ(text_of("held_cells_decoded", row), "20");
-  EXPECT_EQ(text_of("held_cache", row), "part");
-  EXPECT_EQ(text_of("frame_held_ms", row), "12.35; 1.5");
+  EXPECT_EQ(text_of("warm_incomplete", row), "3");
+  EXPECT_EQ(text_of("warm_cells_decoded", row), "20");
+  EXPECT_EQ(text_of("warm_cache", row), "part");
+  EXPECT_EQ(text_of("frame_warm_ms", row), "12.35; 1.5");
   row["held"]["cache_complete"] = true;
-  EXPECT_EQ(text_of("held_cache", row), "all");
+  EXPECT_EQ(text_of("warm_cache", row), "all");
   row["held"]["cache_complete"] = nullptr;
-  EXPECT_EQ(text_of("held_cache", row), "") << "no cache";
+  EXPECT_EQ(text_of("warm_cache", row), "") << "no cache";
   row.erase("held");
-  EXPECT_EQ(text_of("frame_held_ms", row), "12.35");
-  EXPECT_EQ(text_of("held_ms", row), "");
-  EXPECT_EQ(text_of("frame_held_ms", {{"status", "failed"}}), "failed");
+  EXPECT_EQ(text_of("frame_warm_ms", row), "12.35");
+  EXPECT_EQ(text_of("warm_ms", row), "");
+  EXPECT_EQ(text_of("frame_warm_ms", {{"status", "failed"}}), "failed");
 }
 
 class RenderTable : public testing::Test {
@@ -210,7 +210,7 @@ TEST_F(RenderTable, OneColumnForEachCombinationMeasuredAndPublished) {
 }
 
 TEST_F(RenderTable, PathHeldViewAndPublicationShareACell) {
-  spec_.pivot->metric = "frame_held_ms";
+  spec_.pivot->metric = "frame_warm_ms";
   auto with_held = rows();
   with_held[3]["held"]["median_ms"] = 0.25;
   const Table table = make_table(spec_, config_, results_of(with_held));
@@ -251,7 +251,7 @@ TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
   EXPECT_EQ(s1.figures.size(), 17u * 12 - 11 * 3);
   for (const PublishedFigure& figure : s1.figures) {
     EXPECT_NE(codecs::find_codec(figure.codec), nullptr) << figure.codec;
-    EXPECT_NE(gpu::find_cache(figure.cache), nullptr) << figure.cache;
+    EXPECT_NE(gpu::find_cache(figure.access_mode), nullptr) << figure.access_mode;
     EXPECT_TRUE(gpu::shading_from_name(figure.shading)) << figure.shading;
     EXPECT_TRUE(figure.frame_ms.has_value());
   }

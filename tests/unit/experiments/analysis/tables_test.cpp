@@ -91,7 +91,7 @@ TEST_F(TableTest, Markdown) {
             "**ours/published** "
             "published_rate measured here / rate published; **encode s** median wall time of "
             "encoding, file reading and "
-            "writing apart; **access ns** median ns a voxel, uniform points, finest level; "
+            "writing apart; **access ns** median ns per voxel, uniform points, finest level; "
             "**exact** voxels of the decoded "
             "volume that differ from the original.\n"
             "- Published: C; T2.\n"

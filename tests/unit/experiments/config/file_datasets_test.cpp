@@ -84,9 +84,11 @@ TEST_F(FileDatasets, WhatCannotBeReadIsAnErrorAtItsPlace) {
   EXPECT_THAT(error("{file: absent.nrrd}"),
               AllOf(HasSubstr("c.yaml:2:"), HasSubstr("absent.nrrd")));
   folder_.write("broken.nrrd", "NRRD0004\ntype: uchar\n");
-  EXPECT_THAT(error("{file: broken.nrrd}"), AllOf(HasSubstr("c.yaml:2:"), HasSubstr("broken.nrrd")));
+  EXPECT_THAT(error("{file: broken.nrrd}"),
+              AllOf(HasSubstr("c.yaml:2:"), HasSubstr("broken.nrrd")));
   EXPECT_THAT(error("{file: '${CVRBENCH_DATA}/a.nrrd'}"), HasSubstr("configs/datasets"));
-  EXPECT_THAT(error("{file: tissue.seg.nrrd, scale: 2}"), HasSubstr("expected one of the keys file"));
+  EXPECT_THAT(error("{file: tissue.seg.nrrd, scale: 2}"),
+              HasSubstr("expected one of the keys file"));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ class RenderConfig : public testing::Test {
 };
 
 TEST_F(RenderConfig, TheSceneGivesWhatTheBlockLeavesOut) {
-  const Config config = load(scene_line() + "    caches: [voxel]\n");
+  const Config config = load(scene_line() + "    access_modes: [voxel]\n");
   ASSERT_EQ(config.cells.size(), 1u) << "no memcpy: a picture has no speed of light";
   const RenderChoice& choice = config.cells[0].render.value();
   EXPECT_EQ(choice.shading, gpu::Shading::kShadow);
@@ -71,10 +71,11 @@ TEST_F(RenderConfig, TheSceneGivesWhatTheBlockLeavesOut) {
 }
 
 TEST_F(RenderConfig, ProductsLeaveOutWhatDoesNotMatter) {
-  const Config config = load(scene_line() +
-                             "    caches: [none, voxel]\n    cache_mib: [1, 2]\n    shadings: "
-                             "[local, ao]\n    ao_samples: [1, 4]\n"
-                             "    lod_bias: [0, 1]\n    size: [8, 6]\n    frames: 3\n");
+  const Config config =
+      load(scene_line() +
+           "    access_modes: [none, voxel]\n    cache_mib: [1, 2]\n    shadings: "
+           "[local, ao]\n    ao_samples: [1, 4]\n"
+           "    lod_bias: [0, 1]\n    size: [8, 6]\n    frames: 3\n");
   // A mode without a cache has one size, a shading without random rays one number of samples: (1 +
   // 2) x (1 + 2) x 2.
   EXPECT_EQ(config.cells.size(), 18u);
@@ -88,10 +89,10 @@ TEST_F(RenderConfig, ProductsLeaveOutWhatDoesNotMatter) {
 }
 
 TEST_F(RenderConfig, HeldFramesAreThoseOfOneKey) {
-  const std::string keys = scene_line() + "    caches: [none]\n";
-  EXPECT_EQ(load(keys).cells[0].render->held_frames, 0u);
-  EXPECT_EQ(load(keys + "    held_frames: 1000\n").cells[0].render->held_frames, 1000u);
-  EXPECT_THAT(error(keys + "    held_frames: 1001\n"),
+  const std::string keys = scene_line() + "    access_modes: [none]\n";
+  EXPECT_EQ(load(keys).cells[0].render->warm_frames, 0u);
+  EXPECT_EQ(load(keys + "    warm_frames: 1000\n").cells[0].render->warm_frames, 1000u);
+  EXPECT_THAT(error(keys + "    warm_frames: 1001\n"),
               HasSubstr("c.yaml:7:18: expected an integer in 0..1000"));
   const std::string three =
       "title: S\nmaterials: [{}]\nkeys: [{eye: [0, 0, 2]}, {eye: [0, 1, 2]}, {eye: [0, 2, 2]}]\n";
@@ -111,7 +112,7 @@ TEST_F(RenderConfig, HeldFramesAreThoseOfOneKey) {
 TEST_F(RenderConfig, AllMeansTheAccessModesThatServeTheVolume) {
   const auto modes = [&](const char* name) {
     std::set<std::string> ids;
-    for (const Cell& cell : load(scene_line() + "    caches: all\n", "", "[raw]", name).cells)
+    for (const Cell& cell : load(scene_line() + "    access_modes: all\n", "", "[raw]", name).cells)
       ids.insert(cell.render->access);
     return ids;
   };
@@ -127,14 +128,15 @@ TEST_F(RenderConfig, AllMeansTheAccessModesThatServeTheVolume) {
 
 TEST_F(RenderConfig, ProgressiveStepsMultiply) {
   const Config config =
-      load(scene_line() + "    caches: [slices]\n    steps: [0, 3]\n", "", "[raw]", "cloud");
+      load(scene_line() + "    access_modes: [slices]\n    steps: [0, 3]\n", "", "[raw]", "cloud");
   ASSERT_EQ(config.cells.size(), 2u);
   EXPECT_EQ(config.cells[0].render->step, 0u);
   EXPECT_EQ(config.cells[1].render->label("step"), "3");
   EXPECT_NE(config.cells[0].row_key(), config.cells[1].row_key());
-  EXPECT_EQ(
-      load(scene_line() + "    caches: [slices]\n", "", "[raw]", "cloud").cells[0].render->step,
-      std::nullopt);
+  EXPECT_EQ(load(scene_line() + "    access_modes: [slices]\n", "", "[raw]", "cloud")
+                .cells[0]
+                .render->step,
+            std::nullopt);
 }
 
 TEST_F(RenderConfig, ScenesOfScalarsHaveATransferFunction) {
@@ -164,7 +166,7 @@ TEST_F(RenderConfig, ScenesOfScalarsHaveATransferFunction) {
 }
 
 TEST_F(RenderConfig, ACodecsOwnBrickIsThatOfTheCell) {
-  const Config config = load(scene_line() + "    caches: [none]\n    brick: 16\n", "",
+  const Config config = load(scene_line() + "    access_modes: [none]\n    brick: 16\n", "",
                              "[raw, {id: csgvr-sb, parameters: {brick: [32, 64]}}]");
   ASSERT_EQ(config.cells.size(), 3u);
   EXPECT_EQ(config.cells[0].render->brick, 16u);
@@ -173,7 +175,7 @@ TEST_F(RenderConfig, ACodecsOwnBrickIsThatOfTheCell) {
 }
 
 TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) {
-  const Cell cell = load(scene_line() + "    caches: [voxel]\n").cells[0];
+  const Cell cell = load(scene_line() + "    access_modes: [voxel]\n").cells[0];
   const std::vector<std::function<void(RenderChoice&)>> changes{[](RenderChoice& c) { c.scene = "other"; },
                                                                 [](RenderChoice& c) { c.access = "none"; },
                                                                 [](RenderChoice& c) { c.cache_mib = 1; },
@@ -185,11 +187,11 @@ TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) 
                                                                 [](RenderChoice& c) { c.ao_samples = 2; },
                                                                 [](RenderChoice& c) { c.brick = 16; },
                                                                 [](RenderChoice& c) { c.jump_frames = 2; },
-                                                                [](RenderChoice& c) { c.picture_error = true; },
+                                                                [](RenderChoice& c) { c.image_error = true; },
                                                                 [](RenderChoice& c) { c.path_parts = 2; },
                                                                 [](RenderChoice& c) { c.count_path = false; },
-                                                                [](RenderChoice& c) { c.held_frames = 2; },
-                                                                [](RenderChoice& c) { c.keep_pictures = true; },
+                                                                [](RenderChoice& c) { c.warm_frames = 2; },
+                                                                [](RenderChoice& c) { c.keep_images = true; },
                                                                 [](RenderChoice& c) { c.step = 1; }};
   std::set<std::string> keys{cell.row_key()}, ids{cell_id(cell, "0")};
   for (const auto& change : changes) {
@@ -212,7 +214,7 @@ TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) 
 }
 
 TEST_F(RenderConfig, ADeviceOnTheCommandLineWins) {
-  Config config = load(scene_line() + "    caches: [none]\n", "device: llvmpipe\n");
+  Config config = load(scene_line() + "    access_modes: [none]\n", "device: llvmpipe\n");
   EXPECT_EQ(config.cells[0].render->device, "llvmpipe");
   choose_device(config, "1");
   EXPECT_EQ(config.cells[0].render->device, "1");
@@ -220,32 +222,33 @@ TEST_F(RenderConfig, ADeviceOnTheCommandLineWins) {
 }
 
 TEST_F(RenderConfig, MistakesHaveTheirPlace) {
-  EXPECT_THAT(error("    caches: [none]\n"), AllOf(HasSubstr("c.yaml:2:5: "), HasSubstr("scenes")));
-  EXPECT_THAT(error(scene_line()), AllOf(HasSubstr("c.yaml:2:5: "), HasSubstr("caches")));
-  EXPECT_THAT(error("    scenes: [inside, celsl]\n    caches: [none]\n"),
+  EXPECT_THAT(error("    access_modes: [none]\n"),
+              AllOf(HasSubstr("c.yaml:2:5: "), HasSubstr("scenes")));
+  EXPECT_THAT(error(scene_line()), AllOf(HasSubstr("c.yaml:2:5: "), HasSubstr("access_modes")));
+  EXPECT_THAT(error("    scenes: [inside, celsl]\n    access_modes: [none]\n"),
               AllOf(HasSubstr("c.yaml:5:22: "), HasSubstr("did you mean 'cells'?")));
-  EXPECT_THAT(error(scene_line() + "    caches: [voxl]\n"),
-              AllOf(HasSubstr("c.yaml:6:14: expected an access mode (none, voxel"),
+  EXPECT_THAT(error(scene_line() + "    access_modes: [voxl]\n"),
+              AllOf(HasSubstr("c.yaml:6:20: expected an access mode (none, voxel"),
                     HasSubstr("did you mean 'voxel'?")));
-  EXPECT_THAT(error(scene_line() + "    caches: all\n    shadings: [locl]\n"),
+  EXPECT_THAT(error(scene_line() + "    access_modes: all\n    shadings: [locl]\n"),
               AllOf(HasSubstr("c.yaml:7:16: expected one of local, shadow, ao"),
                     HasSubstr("did you mean 'local'?")));
-  EXPECT_THAT(error(scene_line() + "    caches: all\n    cache_mib: 0\n"),
+  EXPECT_THAT(error(scene_line() + "    access_modes: all\n    cache_mib: 0\n"),
               HasSubstr("c.yaml:7:16: expected an integer in 1.."));
-  EXPECT_THAT(error(scene_line() + "    caches: all\n    size: [3]\n"),
+  EXPECT_THAT(error(scene_line() + "    access_modes: all\n    size: [3]\n"),
               HasSubstr("c.yaml:7:11: expected two sides"));
-  EXPECT_THAT(error(scene_line() + "    caches: all\n    brick: 24\n"),
+  EXPECT_THAT(error(scene_line() + "    access_modes: all\n    brick: 24\n"),
               HasSubstr("c.yaml:7:12: expected a power of two"));
-  EXPECT_THAT(error(scene_line() + "    caches: all\n    ao_smples: 2\n"),
+  EXPECT_THAT(error(scene_line() + "    access_modes: all\n    ao_smples: 2\n"),
               HasSubstr("did you mean 'ao_samples'?"));
   EXPECT_THAT(
-      error(scene_line() + "    cache_mib: 4\n    caches: all\n",
+      error(scene_line() + "    cache_mib: 4\n    access_modes: all\n",
             "  - {datasets: [blob], codecs: [raw], stages: [encode], frames: 3}\n"),
       AllOf(HasSubstr("c.yaml:8:5: "), HasSubstr("the stage render beside the key frames")));
 }
 
 TEST_F(RenderConfig, TablesSpreadAMetricOrHaveColumns) {
-  const std::string good = scene_line() + "    caches: [none]\n";
+  const std::string good = scene_line() + "    access_modes: [none]\n";
   const auto table = [](const std::string& rest) {
     return "tables:\n  - {name: t, title: T, rows: [codec], " + rest + "}\n";
   };
@@ -265,13 +268,13 @@ TEST_F(RenderConfig, TablesSpreadAMetricOrHaveColumns) {
 }
 
 TEST_F(RenderConfig, ConditionsKnowTheValues) {
-  const Cell cell = load(scene_line() + "    caches: [voxel]\n").cells[0];
+  const Cell cell = load(scene_line() + "    access_modes: [voxel]\n").cells[0];
   EXPECT_TRUE(
-      (Filter{{{"cache", "vox*"}, {"shading", "shadow"}, {"cache_mib", "256"}}}.keeps(cell)));
-  EXPECT_FALSE((Filter{{{"cache", "none"}}}.keeps(cell)));
+      (Filter{{{"access_mode", "vox*"}, {"shading", "shadow"}, {"cache_mib", "256"}}}.keeps(cell)));
+  EXPECT_FALSE((Filter{{{"access_mode", "none"}}}.keeps(cell)));
   Cell other = cell;
   other.render.reset();
-  EXPECT_FALSE((Filter{{{"cache", "vox*"}}}.keeps(other)));
+  EXPECT_FALSE((Filter{{{"access_mode", "vox*"}}}.keeps(other)));
 }
 
 }  // namespace

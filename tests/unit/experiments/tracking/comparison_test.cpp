@@ -76,7 +76,7 @@ TEST(JudgeTimes, SaysWhyItDoesNotDecide) {
   const std::vector<double> steady{1, 1.001, 1.002, 1.003, 1.004, 1.005, 1.006, 1.007, 1.008};
   EXPECT_EQ(judge_times(steady, steady, 0.05, false).outcome, Outcome::kSame);
   EXPECT_EQ(judge_times(steady, steady, 0.05, true).outcome, Outcome::kSame);
-  // One sample a side, all equal, one outlier.
+  // One sample per side, all equal, one outlier.
   EXPECT_EQ(judge_times(std::vector{1.0}, std::vector{9.0}, 0.05, false).outcome,
             Outcome::kUndecided);
   EXPECT_EQ(
