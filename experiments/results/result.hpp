@@ -58,8 +58,9 @@ struct Repeated {
   std::vector<double> samples;
 };
 
-/// What a worker tells of its cell, and what its rounds add.
-struct Parts {
+/// The types of Parts, in a class of their own: it is complete where Parts needs their initial
+/// values.
+struct PartTypes {
   struct Device {
     std::string name, type, driver, api;
   };
@@ -118,8 +119,8 @@ struct Parts {
     double median_ms = 0, mean_ms = 0;
   };
   struct Incomplete {
-    std::uint64_t first = 0;
-    double median = 0, largest = 0;
+    std::uint64_t first;
+    double median, largest;
   };
   /// What the frames of the path and those of the held view have in common: the spread of the
   /// rounds after the first.
@@ -189,7 +190,10 @@ struct Parts {
     std::optional<Repeated> ns_per_voxel;
     double cpu_ns_per_voxel = 0;
   };
+};
 
+/// What a worker tells of its cell, and what its rounds add.
+struct Parts : PartTypes {
   std::optional<Device> device;
   std::optional<Verification> verification;
   std::optional<Error> error;
