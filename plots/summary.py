@@ -270,7 +270,7 @@ def cache_choice(rows: list[Row]) -> Finding | None:
     parts.append(jump_cost(rows))
     devices = names(row.device for one in compared for row in one.modes.values())
     return Finding(
-        "Which cache mode should be chosen, and what does it cost?",
+        "Which access mode should be chosen, and what does it cost?",
         "; ".join(heads[:2]),
         [part for part in parts if part],
         f"Stage render, {count(len(compared), 'comparison')} of modes with equal codec, volume, scene, shading and size, on {devices}; device times.",
@@ -440,7 +440,7 @@ def findings(rows: list[Row], claims: list[Claim]) -> list[Finding]:
 UNANSWERED = {
     "Which lossless codec is smallest?": "no row of a lossless codec on labels that is ok",
     "Which codec is fastest for random access?": "no row of stage random-access that is ok",
-    "Which cache mode should be chosen, and what does it cost?": "no view was drawn by two access modes",
+    "Which access mode should be chosen, and what does it cost?": "no view was drawn by two access modes",
 }
 
 

@@ -94,7 +94,7 @@ void add_origin_notes(const std::vector<TableLine>& lines, std::vector<Note>& no
   if (origins.software) {
     notes.push_back(Note().own(
         "A software device draws on the processor: these are CPU times, not comparable with those "
-        "of a GPU. What carries over are pictures, counts of work and memory."));
+        "of a GPU. What carries over are images, counts of work and memory."));
   }
   for (std::string label : origins.labels) {
     if (const std::size_t at = label.find(" is a stand-in for "); at != std::string::npos) {

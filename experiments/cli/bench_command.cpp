@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMostMinutes = 1e5;
-constexpr double kLeastTimeout = 2, kUsualTimeout = 120;  // seconds of a cell
+constexpr double kLeastTimeout = 2, kImageTimeout = 60;  // seconds of a cell
 
 struct BenchChoices {
   std::vector<std::string> files;
@@ -35,8 +35,7 @@ struct BenchChoices {
 /// What is measured of a file, before it takes its time; u8 and u16 may be either kind.
 void announce(const std::string& file, const BenchVolume& volume) {
   const volumes::VolumeInfo& info = volume.info;
-  const bool either =
-      info.type == volumes::VoxelType::kU8 || info.type == volumes::VoxelType::kU16;
+  const bool either = info.type == volumes::VoxelType::kU8 || info.type == volumes::VoxelType::kU16;
   fmt::print(stderr, "{}: {} {} {}{}\n", volumes::printable(file), to_string(info.extent),
              name_of(info.type), name_of(info.kind),
              volume.options.kind || !either ? ""
@@ -87,7 +86,9 @@ int bench(BenchChoices choices, const Environment& environment) {
   if (run_choices.out.empty())
     run_choices.out = (fs::path("results/local") / ("bench-" + volumes.front().name)).string();
   const auto lock = RunLock::take(run_choices.out);
-  const auto in_folder = [&](const char* name) { return (fs::path(run_choices.out) / name).string(); };
+  const auto in_folder = [&](const char* name) {
+    return (fs::path(run_choices.out) / name).string();
+  };
   const std::string config_path = in_folder("bench.yaml"), rows_path = in_folder("rows.jsonl");
   run_choices.configs = {config_path};
   const std::size_t rows_before = load_rows(rows_path).size();
@@ -103,9 +104,13 @@ int bench(BenchChoices choices, const Environment& environment) {
   if (!choices.no_images && can_draw()) {
     const auto rows = load_rows(rows_path);
     for (BenchVolume& volume : volumes) volume.drawn_codec = codec_to_draw(volume, rows);
-    summary.add_ended(measure_volumes(std::max(share, kUsualTimeout), false));
+    if (std::ranges::any_of(volumes, [](const auto& v) { return !v.drawn_codec.empty(); })) {
+      run_choices.only = {"stage=render"};
+      summary.add_ended(measure_volumes(std::max(share, kImageTimeout), false));
+    }
   }
   end_progress();
+  run_choices.only.clear();
   const int code = finish_run({load(run_choices, config_path)}, run_choices, summary);
   make_report(run_choices, environment);
   fmt::print("Configuration: {}\n", volumes::printable(config_path));
@@ -128,8 +133,9 @@ void add_bench_command(CLI::App& app, const Environment& environment, int& exit_
       ->add_option("--minutes", c->minutes,
                    "what encoding, decoding and access may take in all, about (default: 2)")
       ->check(number_in(0.01, kMostMinutes));
-  benching->add_option("--out", c->run.out,
-                       "folder for all of it (default: results/local/bench-NAME of the first file)");
+  benching->add_option(
+      "--out", c->run.out,
+      "folder for all of it (default: results/local/bench-NAME of the first file)");
   benching->add_flag("--no-images", c->no_images, "no images, and no times of frames");
   add_volume_choices(*benching, c->volume);
   benching->add_option("--device", c->run.device,

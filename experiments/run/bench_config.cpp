@@ -16,15 +16,15 @@ namespace {
 
 using volumes::VolumeKind;
 
-constexpr double kGoodPsnr = 40;    // dB
+constexpr double kGoodPsnr = 40;  // dB
 constexpr std::size_t kVoxelStages = 3;
 
 /// A text as YAML takes it, whatever it holds.
 std::string quoted(const std::string& text) { return Row(text).dump(); }
 
 std::string dataset_line(const BenchVolume& volume) {
-  std::string line = fmt::format("      - {{file: {}, name: {}", quoted(volume.file),
-                                 quoted(volume.name));
+  std::string line =
+      fmt::format("      - {{file: {}, name: {}", quoted(volume.file), quoted(volume.name));
   if (volume.options.kind) line += fmt::format(", kind: {}", name_of(*volume.options.kind));
   if (!volume.options.axes.empty()) line += fmt::format(", axes: {}", volume.options.axes);
   if (volume.options.allow_external) line += ", allow_external: true";
@@ -48,7 +48,7 @@ std::string voxel_block(const BenchVolume& volume) {
 std::string image_block(const BenchVolume& volume) {
   return fmt::format(
       "  - datasets:\n{}    codecs: [{}]\n    stages: [render]\n    scenes: [{}]\n"
-      "    access_modes: all\n    size: [480, 270]\n    frames: 8\n    warm_frames: 4\n"
+      "    access_modes: all\n    size: [480, 270]\n    frames: 4\n    warm_frames: 2\n"
       "    keep_images: 1\n",
       dataset_line(volume), volume.drawn_codec, name_of(volume.info.kind));
 }
@@ -80,9 +80,9 @@ BenchVolume open_for_bench(const std::string& file, const volumes::OpenOptions& 
   BenchVolume volume{std::filesystem::absolute(file).lexically_normal().string(),
                      name_of_file(file), options, volumes::open_volume(file, options)->info(), ""};
   if (codecs_for(volume).empty())
-    throw volumes::InputError(fmt::format("{}: expected a volume that some codec takes, found {} {}",
-                                          file, name_of(volume.info.kind),
-                                          name_of(volume.info.type)));
+    throw volumes::InputError(
+        fmt::format("{}: expected a volume that some codec takes, found {} {}", file,
+                    name_of(volume.info.kind), name_of(volume.info.type)));
   return volume;
 }
 
@@ -101,9 +101,8 @@ std::string codec_to_draw(const BenchVolume& volume, const std::vector<Result>& 
       continue;
     const codecs::Traits& traits = codec->traits();
     const bool labels = volume.info.kind == VolumeKind::kLabels;
-    const bool fits = labels
-                          ? traits.gpu_decodable && traits.access == codecs::Granularity::kVoxel
-                          : traits.gpu_scalars && !traits.lossless;
+    const bool fits = labels ? traits.gpu_decodable && traits.access == codecs::Granularity::kVoxel
+                             : traits.gpu_scalars && !traits.lossless;
     if (!fits) continue;
     const double psnr = row.error && row.error->psnr_db ? *row.error->psnr_db : kGoodPsnr;
     const Candidate here{row.codec.id, *row.size->bytes, psnr};

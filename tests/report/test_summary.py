@@ -73,7 +73,7 @@ class Answers(unittest.TestCase):
         )
 
     def test_the_cache_mode_with_what_it_costs(self):
-        found = finding(samples.whole(), "cache mode")
+        found = finding(samples.whole(), "access mode")
         self.assertEqual(
             found.headline,
             "fixed view: voxel; path from an empty cache: voxel, exact in every frame",
@@ -90,7 +90,7 @@ class Answers(unittest.TestCase):
             samples.drawn("a", "c", cache, ms)
             for cache, ms in (("none", 9.0), ("voxel", 5.0), ("brick", 1.0))
         ]
-        found = finding(rows, "cache mode")
+        found = finding(rows, "access mode")
         self.assertEqual(
             found.headline,
             "fixed view: brick; path from an empty cache: voxel, exact in every frame",
@@ -107,7 +107,7 @@ class Answers(unittest.TestCase):
             samples.drawn("a", "c", "none", 5.0),
             samples.drawn("a", "c", "voxel", 1.0, render={"lod_bias": 2.0}),
         ]
-        self.assertIsNone(finding(rows, "cache mode"))
+        self.assertIsNone(finding(rows, "access mode"))
 
     def test_lossy_codecs_by_their_front(self):
         found = finding(samples.whole(), "lossy codec, and")

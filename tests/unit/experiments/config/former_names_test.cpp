@@ -1,8 +1,9 @@
 // Names that users type and that have changed: the former ones mean the same.
+#include "experiments/config/former_names.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "experiments/config/former_names.hpp"
 #include "experiments/config/scene_file.hpp"
 #include "experiments/run/load_config.hpp"
 #include "tests/samples/scratch_folder.hpp"
@@ -20,11 +21,15 @@ std::string config(const std::string& modes, const std::string& frames, const st
          "    codecs: [raw]\n"
          "    stages: [render]\n"
          "    scenes: [cells]\n"
-         "    " + modes + ": [none, voxel]\n    " + frames + ": 2\n"
+         "    " +
+         modes + ": [none, voxel]\n    " + frames +
+         ": 2\n"
          "tables:\n"
-         "  - {name: t, title: T, rows: [" + label + "], columns: [" + metric + "]}\n"
-         "  - {name: p, title: P, rows: [codec], where: {" + label + ": none}, pivot: {columns: [" +
-         label + "], metric: " + metric + "}}\n";
+         "  - {name: t, title: T, rows: [" +
+         label + "], columns: [" + metric +
+         "]}\n"
+         "  - {name: p, title: P, rows: [codec], where: {" +
+         label + ": none}, pivot: {columns: [" + label + "], metric: " + metric + "}}\n";
 }
 
 TEST(FormerNames, MeanTheSameInConfigurations) {
@@ -36,8 +41,7 @@ TEST(FormerNames, MeanTheSameInConfigurations) {
   const Config before = load(config("caches", "held_frames", "cache", "held_ms"));
   ASSERT_EQ(now.cells.size(), 2u);
   ASSERT_EQ(before.cells.size(), 2u);
-  for (std::size_t i = 0; i < 2; ++i)
-    EXPECT_EQ(before.cells[i].row_key(), now.cells[i].row_key());
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(before.cells[i].row_key(), now.cells[i].row_key());
   ASSERT_EQ(before.tables.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(before.tables[i].rows, now.tables[i].rows);
@@ -54,8 +58,9 @@ TEST(FormerNames, StandNotBesideThoseOfToday) {
     load_config(folder.write("c.yaml", both), Catalogue(), {});
     FAIL() << "no error";
   } catch (const volumes::InputError& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("c.yaml:7:5: expected each key once, found 'caches' beside 'access_modes'"));
+    EXPECT_THAT(
+        error.what(),
+        HasSubstr("c.yaml:7:5: expected each key once, found 'caches' beside 'access_modes'"));
   }
 }
 
