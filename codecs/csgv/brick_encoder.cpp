@@ -292,7 +292,7 @@ void BrickEncoder::append_start() {
 }
 
 Expected<Payload> BrickEncoder::run() {
-  std::visit([this](auto&& encoder) { encode(std::move(encoder)); },
+  std::visit([this](auto&& encoder) { encode(std::forward<decltype(encoder)>(encoder)); },
              format_.encoder(threads_, [this] { return stored_labels(); }));
   append_start();
   if (words_ > ~std::uint32_t{0}) {

@@ -19,7 +19,6 @@ namespace cvr::codecs {
 namespace {
 
 using namespace csgv;
-using shaders::BitVector;
 using shaders::CsgvrBrick;
 using shaders::Words;
 using succinct::BitAppender;

@@ -194,8 +194,9 @@ TEST_F(Files, EveryMistakeIsOneLineAndExitCodeTwo) {
   expect_usage_error("decode none.cvr -o d.raw", "none.cvr");
   expect_usage_error("decode v.cvr -o d.txt", "expected the name of a volume");
   expect_usage_error("validate none.cvr", "none.cvr");
-  expect_usage_error("list things",
-                     "expected codecs, datasets, metrics, caches, stages, devices, config or rows");
+  expect_usage_error(
+      "list things",
+      "expected codecs, datasets, metrics, access-modes, stages, devices, config or rows");
   expect_usage_error("run none.yaml", "none.yaml");
   expect_usage_error("table none.yaml --results x", "none.yaml");
 }

@@ -345,7 +345,7 @@ TEST_F(Render, ARunChecksMeasuresAndTabulatesPictures) {
         << key << ": two random rays are not 256";
     EXPECT_FALSE(row["render"].contains("scene_path"));
   }
-  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::StartsWith("codec,cache,local,ao\n"));
+  EXPECT_THAT(program_.read("o/tables/t.csv"), testing::StartsWith("codec,access_mode,local,ao\n"));
   EXPECT_THAT(program_.read("o/tables/e.md"), HasSubstr("Drawn on: "));
   const Outcome again = program_.run("plan c.yaml --out o");
   EXPECT_THAT(again.out, HasSubstr("0 to run, 12 done, 6 unsupported"));

@@ -116,7 +116,7 @@ TEST(RenderMetrics, HeldFramesStandBesideThePath) {
   EXPECT_EQ(text_of("warm_ms", row), "1.5");
   EXPECT_EQ(text_of("warm_mean_ms", row), "2");
   EXPECT_EQ(text_of("warm_p95_ms", row), "4");
-  EXPECT_EQ(text_of("held_frames", row), "5");
+  EXPECT_EQ(text_of("warm_frames", row), "5");
   EXPECT_EQ(text_of("warm_incomplete", row), "3");
   EXPECT_EQ(text_of("warm_cells_decoded", row), "20");
   EXPECT_EQ(text_of("warm_cache", row), "part");
@@ -149,7 +149,7 @@ class RenderTable : public testing::Test {
       config_.cells.push_back({dataset, "raw", 1, {}, stage("encode"), {"1", 1}});
     }
     spec_.name = spec_.title = "t";
-    spec_.rows = {"codec", "cache"};
+    spec_.rows = {"codec", "access_mode"};
     spec_.pivot = Pivot{{"shading", "dataset"}, "frame_ms"};
     const std::string published =
         folder_.write("p.yaml",
@@ -195,7 +195,7 @@ std::vector<std::string> notes_of(const Table& table) {
 TEST_F(RenderTable, OneColumnForEachCombinationMeasuredAndPublished) {
   const Table table = make_table(spec_, config_, results_of(rows()));
   EXPECT_THAT(headings_of(table),
-              ElementsAre("codec", "cache", "local a", "local b", "ao a", "ao b"));
+              ElementsAre("codec", "access_mode", "local a", "local b", "ao a", "ao b"));
   ASSERT_EQ(table.lines.size(), 2u);
   EXPECT_THAT(texts_of(table.lines[0]), ElementsAre("raw", "none", "0", "5", "2", "7"));
   EXPECT_THAT(texts_of(table.lines[1]), ElementsAre("raw", "voxel", "1", "6", "3 (9.7)", "8"));
