@@ -116,7 +116,7 @@ def counted_rounds(row: Row, series: str) -> list[list[float]]:
     return kept[1:] if len(kept) > 1 else kept
 
 
-def held_ms(row: Row) -> Estimate | None:
+def warm_ms(row: Row) -> Estimate | None:
     """Median device time of a frame of the fixed view, the cache filled; each frame is a repetition."""
     value = row.number("held/median_ms")
     if value is None:
@@ -157,7 +157,7 @@ def with_value(value: float, repeated: Estimate | None) -> Estimate:
 
 def frame_ms(row: Row) -> tuple[Estimate | None, str]:
     """The fixed view's time where there is one, else the path's, and which of the two."""
-    held = held_ms(row)
+    held = warm_ms(row)
     return (held, "held") if held is not None else (path_ms(row), "path")
 
 

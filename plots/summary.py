@@ -223,7 +223,7 @@ def cache_choice(rows: list[Row]) -> Finding | None:
     exact = exact_at_once(compared)
     parts, details, heads = [], [], []
     for name, read in (
-        ("fixed view", e.held_ms),
+        ("fixed view", e.warm_ms),
         ("path from an empty cache", e.path_ms),
         ("first frame", e.first_frame_ms),
     ):

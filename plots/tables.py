@@ -205,7 +205,7 @@ def image_cells(rows: list[Row]) -> Table | None:
                 Cell(settings_text(row)),
                 timed(e.path_ms(row)),
                 timed(e.first_frame_ms(row)),
-                timed(e.held_ms(row)),
+                timed(e.warm_ms(row)),
                 number(row.number("exact_after_frames")),
                 number(row.number("verification/label_mismatches")),
                 psnr(row, "picture_error/psnr_db", isinstance(row.get("picture_error"), dict)),

@@ -36,7 +36,7 @@ void print_plain(const Row& report, const std::string& indent = "") {
       print_plain(value, indent + "  ");
       continue;
     }
-    if (value == "") continue;
+    if (value.is_string() && value.get_ref<const std::string&>().empty()) continue;
     fmt::print("{}{}: {}\n", indent, key,
                value.is_string() ? volumes::printable(value.get<std::string>()) : value.dump());
   }

@@ -110,7 +110,7 @@ RenderOption option(M RenderChoice::*member, const Shape<T>& shape, const Facts&
     if (axis == 0)
       setters.push_back(set(shape.read(value)));
     else
-      for (const T& one : many.read(value)) setters.push_back(set(one));
+      for (auto&& one : many.read(value)) setters.push_back(set(one));
     return [setters](volumes::VolumeKind) { return setters; };
   };
   return made;
