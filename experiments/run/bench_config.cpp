@@ -48,7 +48,7 @@ std::string voxel_block(const BenchVolume& volume) {
 std::string image_block(const BenchVolume& volume) {
   return fmt::format(
       "  - datasets:\n{}    codecs: [{}]\n    stages: [render]\n    scenes: [{}]\n"
-      "    access_modes: all\n    size: [480, 270]\n    frames: 4\n    warm_frames: 2\n"
+      "    access_modes: all\n    size: [320, 180]\n    frames: 4\n    warm_frames: 2\n"
       "    keep_images: 1\n",
       dataset_line(volume), volume.drawn_codec, name_of(volume.info.kind));
 }
