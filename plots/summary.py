@@ -22,6 +22,7 @@ from rows import Row
 from tables import names
 
 PLAIN_ARRAY = "raw"
+MODE_QUESTION = "Which access mode should be chosen, and what does it cost?"
 
 
 @dataclass
@@ -79,8 +80,8 @@ def smallest(rows: list[Row]) -> Finding | None:
         "Which lossless codec is smallest?",
         f"{codec}, {spell(mean)} % of the original",
         answer,
-        f"Sizes of {count(len(sized), 'verified row')} of label volumes; exact figures, no interval."
-        + not_ranked(ranking),
+        f"Sizes of {count(len(sized), 'verified row')} of label volumes; exact figures, "
+        "no interval." + not_ranked(ranking),
         details,
     )
 
@@ -114,7 +115,8 @@ def fastest_access(rows: list[Row], kind: str) -> Finding | None:
     array = rank(best_by_volume([row for row in measured if row.codec == PLAIN_ARRAY], e.access_ns))
     if array is not None:
         answer.append(
-            f"A plain array takes {spell(array.order[0][1])} ns over {count(len(array.volumes), 'volume')}."
+            f"A plain array takes {spell(array.order[0][1])} ns over "
+            f"{count(len(array.volumes), 'volume')}."
         )
     details = [
         f"{volume}: {spell_estimate(ranking.best[volume][codec], 'ns')}"
@@ -125,7 +127,8 @@ def fastest_access(rows: list[Row], kind: str) -> Finding | None:
         f"Which codec is fastest for random access{which}?",
         f"{codec}, {spell(mean)} ns per voxel",
         [one for one in answer if one],
-        f"Stage random-access, uniform points, finest level, {count(len(measured), 'row')} of {kind}; medians, intervals of 95 % from six rounds on."
+        "Stage random-access, uniform points, finest level, "
+        f"{count(len(measured), 'row')} of {kind}; medians, intervals of 95 % from six rounds on."
         + not_ranked(ranking),
         details,
     )
@@ -155,8 +158,9 @@ def fastest_coding(rows: list[Row]) -> Finding | None:
         threads = measured[0].threads
         heads.append(f"{stage}: {codec}")
         parts.append(
-            f"To {stage}: {standing(ranking, 'Mvoxel/s', 4)}; {count(threads, 'thread')}, geometric means over "
-            f"{count(len(ranking.volumes), 'volume')}; {codec} is first on {ranking.wins[codec]}."
+            f"To {stage}: {standing(ranking, 'Mvoxel/s', 4)}; {count(threads, 'thread')}, "
+            f"geometric means over {count(len(ranking.volumes), 'volume')}; "
+            f"{codec} is first on {ranking.wins[codec]}."
         )
         used += len(measured)
         details += [
@@ -270,10 +274,11 @@ def cache_choice(rows: list[Row]) -> Finding | None:
     parts.append(jump_cost(rows))
     devices = names(row.device for one in compared for row in one.modes.values())
     return Finding(
-        "Which access mode should be chosen, and what does it cost?",
+        MODE_QUESTION,
         "; ".join(heads[:2]),
         [part for part in parts if part],
-        f"Stage render, {count(len(compared), 'comparison')} of modes with equal codec, volume, scene, shading and size, on {devices}; device times.",
+        f"Stage render, {count(len(compared), 'comparison')} of modes with equal codec, volume, "
+        f"scene, shading and size, on {devices}; device times.",
         details,
     )
 
@@ -401,7 +406,8 @@ def lossy_choice(rows: list[Row]) -> Finding | None:
         for codec, both in spans.items()
     )
     answer = [
-        f"On the front, where nothing measured has both fewer bits and a higher PSNR: {told} of {count(len(volumes), 'volume')}.",
+        "On the front, where nothing measured has both fewer bits and a higher PSNR: "
+        f"{told} of {count(len(volumes), 'volume')}.",
         f"Fewest bits: {fewest}.",
         f"Cost in error of each: {costs}.",
     ]
@@ -440,7 +446,7 @@ def findings(rows: list[Row], claims: list[Claim]) -> list[Finding]:
 UNANSWERED = {
     "Which lossless codec is smallest?": "no row of a lossless codec on labels that is ok",
     "Which codec is fastest for random access?": "no row of stage random-access that is ok",
-    "Which access mode should be chosen, and what does it cost?": "no view was drawn by two access modes",
+    MODE_QUESTION: "no view was drawn by two access modes",
 }
 
 
@@ -486,7 +492,10 @@ def claims_finding(claims: list[Claim]) -> Finding | None:
 
 def claims_sentence(claims: list[Claim]) -> str:
     if not claims:
-        return "No claims were judged: the configs in configs/paper state what the papers claim, and `cvrbench run` judges them."
+        return (
+            "No claims were judged: the configs in configs/paper state what the papers claim, "
+            "and `cvrbench run` judges them."
+        )
     counts = verdict_counts(claims)
     words = {
         HOLDS: "hold",

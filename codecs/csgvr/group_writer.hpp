@@ -1,4 +1,5 @@
-// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout: shaders/shared/csgvr_c.glsl.
+// Writes the groups of `csgvr-c`: the bricks of 64^3 voxels, with one dictionary of labels. Layout:
+// shaders/shared/csgvr_c.glsl.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,8 @@
 
 namespace cvr::codecs::csgvr {
 
-/// Keeps what is needed of the groups that one worker has been shown, in 4 bytes per block. Keepers stand side by side, on
-/// lines of the cache of their own.
+/// Keeps what is needed of the groups that one worker has been shown, in 4 bytes per block. Keepers
+/// stand side by side, on lines of the cache of their own.
 class alignas(64) GroupKeeper {
  public:
   explicit GroupKeeper(std::uint32_t b) : levels_(csgv::levels_of_brick(b)), finder_(b) {}
@@ -21,8 +22,9 @@ class alignas(64) GroupKeeper {
   /// Takes a group whose nodes outside the volume are filled; returns its number, from 0 on.
   std::size_t keep(csgv::SourceGroup& group);
 
-  // Which of its possible operations a shape is given: those that are frequent where every shape names the neighbours along
-  // the axes with most matches. All workers first count the ones, then the others, then encode what they have met.
+  // Which of its possible operations a shape is given: those that are frequent where every shape
+  // names the neighbours along the axes with most matches. All workers first count the ones, then
+  // the others, then encode what they have met.
   void count_widest(PatternCounts& patterns) const;
   void choose(const PatternCounts& widest, PatternCounts& chosen);
   void encode(const BlockCode& code);
@@ -68,7 +70,8 @@ class BlockGroupWriter final : public csgv::GroupWriter {
 
  private:
   using Brick = GroupKeeper::Brick;
-  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first, and their bits together.
+  /// The runs of the coarse or of the fine blocks of a brick: where each begins, from the first,
+  /// and their bits together.
   struct Runs {
     std::vector<std::uint32_t> offsets;
     std::uint32_t bits;

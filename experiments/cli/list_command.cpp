@@ -146,6 +146,13 @@ void list_config(bool json) {
   fmt::print("{}", json ? configuration_schema(vocabulary()) : configuration_page(vocabulary()));
 }
 
+/// The JSON schema of rows.
+void list_rows() {
+  std::vector<std::string> stages;
+  for (const StageTraits* stage : stage_traits()) stages.emplace_back(stage->id);
+  fmt::print("{}", row_schema(stages, render_schema()));
+}
+
 /// 3 where nothing can draw.
 int list_devices(bool json) {
   Row all = Row::array();
@@ -213,7 +220,7 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
       return list_access_modes(options->json);
     if (options->what == "stages") return list_stages(options->json);
     if (options->what == "config") return list_config(options->json);
-    if (options->what == "rows") return fmt::print("{}", row_schema(render_schema()));
+    if (options->what == "rows") return list_rows();
     if (options->what == "devices") {
       exit_code = list_devices(options->json);
       return;

@@ -3,7 +3,7 @@
 // made from the table. A member that is std::optional is left out of the JSON where it is empty; one
 // that is Nullable is null there.
 //
-// A struct has a table by a specialisation of table_of(). Only the file with the tables includes
+// A struct has a table by a specialisation of table_of(). Only the files with the tables include
 // this one.
 #pragma once
 
@@ -248,5 +248,26 @@ class FieldTable : public std::vector<Field<S>> {
     return *this;
   }
 };
+
+template <class S>
+Row to_json(const S& part) {
+  return Carrier<S>::write(part);
+}
+
+template <class S>
+S from_json(const Row& row) {
+  S part;
+  Carrier<S>::read(row, part, "");
+  return part;
+}
+
+// The tables of what other tables are made of.
+template <>
+FieldTable<Repeated> table_of();
+template <>
+FieldTable<Parts> table_of();
+/// Statistics have one place in the schema of rows.
+template <>
+Row Carrier<Repeated>::schema();
 
 }  // namespace cvr::experiments

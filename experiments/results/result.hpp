@@ -1,4 +1,5 @@
-// The outcome of one cell, typed. Each field is described once, in result.cpp: from that table come
+// The outcome of one cell, typed. Each field is described once, in a table (part_fields.cpp,
+// result.cpp): from the tables come
 // the JSON of a row both ways, results/schema/row.schema.json and docs/rows.md, which say what a
 // field means and its unit.
 //
@@ -282,12 +283,8 @@ Row to_json(const S& part);
 template <class S>
 S from_json(const Row& row);
 
-/// The line of rows.jsonl: the order of its fields is that of the table, but where rows of a stage
-/// have always had another.
-Row to_row(const Result& result);
-
-/// The JSON schema of a row. `render`: that of the part `render`.
-std::string row_schema(const Row& render);
+/// The JSON schema of a row. `stages`: their ids. `render`: the schema of the part `render`.
+std::string row_schema(const std::vector<std::string>& stages, const Row& render);
 
 extern template Row to_json(const Named<double>&);
 extern template Row to_json(const Parts&);

@@ -45,7 +45,7 @@ class RowWriter {
   explicit RowWriter(const std::string& path) : lines_(path) {}
   /// Throws OutputError; the rows before stay whole.
   void append(const Result& result) {
-    lines_.append(to_row(result).dump(-1, ' ', false, Row::error_handler_t::replace));
+    lines_.append(to_json(result).dump(-1, ' ', false, Row::error_handler_t::replace));
   }
 
  private:

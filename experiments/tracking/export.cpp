@@ -143,7 +143,7 @@ std::string to_csv(const std::vector<Result>& rows) {
   std::map<std::string, std::size_t> places;
   for (const Result& row : rows) {
     std::map<std::size_t, std::string> fields;
-    walk(to_row(row), "", [&](const std::string& place, const Row& value) {
+    walk(to_json(row), "", [&](const std::string& place, const Row& value) {
       const auto [column, added] = places.emplace(place, lines[0].size());
       if (added) lines[0].push_back(place);
       fields[column->second] = text_of(value);

@@ -64,7 +64,7 @@ class Isolation : public testing::Test {
     summary_ = run_config(config, options);
     std::map<std::string, json> rows;
     for (const Result& result : load_rows(out + "/rows.jsonl"))
-      rows[result.codec.id] = to_row(result);
+      rows[result.codec.id] = to_json(result);
     return rows;
   }
 

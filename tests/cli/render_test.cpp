@@ -1,5 +1,5 @@
-// render, list access-modes, list devices and the render stage of run, on whatever Vulkan device there
-// is; lavapipe will do.
+// render, list access-modes, list devices and the render stage of run, on whatever Vulkan device
+// there is; lavapipe will do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -21,7 +21,7 @@ CVR_FUZZ_TARGET(rows, input) {
     row.cell = row.key = "text";
     row.status = "ok";
     cvr::experiments::RowWriter(path).append(row);
-    if (to_row(cvr::experiments::load_rows(path).back()) != to_row(row)) std::abort();
+    if (to_json(cvr::experiments::load_rows(path).back()) != to_json(row)) std::abort();
   } catch (const cvr::volumes::InputError&) {
   }
 }

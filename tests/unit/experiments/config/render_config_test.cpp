@@ -176,23 +176,26 @@ TEST_F(RenderConfig, ACodecsOwnBrickIsThatOfTheCell) {
 
 TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) {
   const Cell cell = load(scene_line() + "    access_modes: [voxel]\n").cells[0];
-  const std::vector<std::function<void(RenderChoice&)>> changes{[](RenderChoice& c) { c.scene = "other"; },
-                                                                [](RenderChoice& c) { c.access = "none"; },
-                                                                [](RenderChoice& c) { c.cache_mib = 1; },
-                                                                [](RenderChoice& c) { c.shading = gpu::Shading::kAo; },
-                                                                [](RenderChoice& c) { c.width = 81; },
-                                                                [](RenderChoice& c) { c.height = 61; },
-                                                                [](RenderChoice& c) { c.frames = 6; },
-                                                                [](RenderChoice& c) { c.lod_bias = 1; },
-                                                                [](RenderChoice& c) { c.ao_samples = 2; },
-                                                                [](RenderChoice& c) { c.brick = 16; },
-                                                                [](RenderChoice& c) { c.jump_frames = 2; },
-                                                                [](RenderChoice& c) { c.image_error = true; },
-                                                                [](RenderChoice& c) { c.path_parts = 2; },
-                                                                [](RenderChoice& c) { c.count_path = false; },
-                                                                [](RenderChoice& c) { c.warm_frames = 2; },
-                                                                [](RenderChoice& c) { c.keep_images = true; },
-                                                                [](RenderChoice& c) { c.step = 1; }};
+  using Change = std::function<void(RenderChoice&)>;
+  const std::vector<Change> changes{
+      [](RenderChoice& c) { c.scene = "other"; },
+      [](RenderChoice& c) { c.access = "none"; },
+      [](RenderChoice& c) { c.cache_mib = 1; },
+      [](RenderChoice& c) { c.shading = gpu::Shading::kAo; },
+      [](RenderChoice& c) { c.width = 81; },
+      [](RenderChoice& c) { c.height = 61; },
+      [](RenderChoice& c) { c.frames = 6; },
+      [](RenderChoice& c) { c.lod_bias = 1; },
+      [](RenderChoice& c) { c.ao_samples = 2; },
+      [](RenderChoice& c) { c.brick = 16; },
+      [](RenderChoice& c) { c.jump_frames = 2; },
+      [](RenderChoice& c) { c.image_error = true; },
+      [](RenderChoice& c) { c.path_parts = 2; },
+      [](RenderChoice& c) { c.count_path = false; },
+      [](RenderChoice& c) { c.warm_frames = 2; },
+      [](RenderChoice& c) { c.keep_images = true; },
+      [](RenderChoice& c) { c.step = 1; },
+  };
   std::set<std::string> keys{cell.row_key()}, ids{cell_id(cell, "0")};
   for (const auto& change : changes) {
     Cell other = cell;

@@ -19,7 +19,7 @@ Result make_result(const std::string& cell, const std::string& status) {
   return result;
 }
 
-std::string line_of(const std::string& cell) { return to_row(make_result(cell, "ok")).dump(); }
+std::string line_of(const std::string& cell) { return to_json(make_result(cell, "ok")).dump(); }
 
 std::string text_of(const std::string& path) {
   std::ifstream in(path);
@@ -38,7 +38,7 @@ TEST(Rows, RoundTripAndTheLastRowOfACellCounts) {
   }
   const auto rows = load_rows(path);
   ASSERT_EQ(rows.size(), 3u);
-  EXPECT_EQ(to_row(rows[1]), to_row(make_result("2", "ok")));
+  EXPECT_EQ(to_json(rows[1]), to_json(make_result("2", "ok")));
   EXPECT_EQ(latest_by(rows, &Result::cell).at("1").status, "ok");
 }
 
