@@ -118,7 +118,7 @@ std::vector<std::uint8_t> difference_rgb8(const Image& a, const Image& b, double
 void write_png(const std::string& path, std::uint32_t width, std::uint32_t height,
                const std::vector<std::uint8_t>& rgb) {
   if (width == 0 || height == 0 || rgb.size() != std::size_t{3} * width * height) {
-    throw InputError(fmt::format("{}: expected {} bytes for a picture of {}x{}, found {}", path,
+    throw InputError(fmt::format("{}: expected {} bytes for an image of {}x{}, found {}", path,
                                  std::size_t{3} * width * height, width, height, rgb.size()));
   }
   png_image image{};

@@ -1,4 +1,4 @@
-// A rendered picture and how two of them differ.
+// A rendered image and how two of them differ.
 #pragma once
 
 #include <cstdint>

@@ -24,7 +24,7 @@ using volumes::fail;
 constexpr std::uint64_t kLargestExtent = std::uint64_t{1} << 15;  ///< see shaders/render/ray.glsl
 constexpr std::uint32_t kTile = 8;
 constexpr unsigned kPatience =
-    6;  ///< frames without progress before a smaller part of the picture is tried
+    6;  ///< frames without progress before a smaller part of the image is tried
 
 constexpr std::array<const char*, CVR_COUNTERS> kCounterNames{"rays",
                                                               "bricks_entered",

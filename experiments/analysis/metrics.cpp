@@ -414,9 +414,9 @@ std::optional<RatePoint> access_point(const LineContext& line) {
 
 std::span<const Metric> all_metrics() {
   static const std::vector<Metric> kAll = [] {
-    const auto voxels = voxel_metrics(), pictures = render_metrics();
+    const auto voxels = voxel_metrics(), images = render_metrics();
     std::vector<Metric> all(voxels.begin(), voxels.end());
-    all.insert(all.end(), pictures.begin(), pictures.end());
+    all.insert(all.end(), images.begin(), images.end());
     return all;
   }();
   return kAll;

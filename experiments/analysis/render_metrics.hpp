@@ -1,4 +1,4 @@
-// The columns of tables about pictures: what metrics.cpp joins to its own.
+// The columns of tables about images: what metrics.cpp joins to its own.
 #pragma once
 
 #include <span>

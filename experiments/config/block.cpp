@@ -205,7 +205,7 @@ namespace {
 
 /// What the voxels of a data set are made from, at any scale.
 std::string voxels_of(const Dataset& dataset) {
-  std::string text = fmt::format("{} {}", dataset.file, dataset.axes);
+  std::string text = fmt::format("{} {} {}", dataset.file, dataset.axes, name_of(dataset.kind));
   if (const auto& made = dataset.generator)
     text += fmt::format(" {} {} {}", made->kind, made->seed, made->parameters);
   return text;

@@ -208,7 +208,7 @@ class SizedSource final : public VolumeSource {
 };
 
 /// Gives a volume that says no voxel size that of its description. Only proportions change what is
-/// measured (pictures), so equal edges leave the identity as it is.
+/// measured (images), so equal edges leave the identity as it is.
 void add_voxel_size(const Dataset& dataset, Location& location) {
   VolumeInfo& info = location.info;
   const std::array<double, 3> unsaid{1, 1, 1};

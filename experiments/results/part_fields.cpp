@@ -375,9 +375,10 @@ FieldTable<Parts> table_of() {
           "of labels one view with this cell's levels and samples against the reference with "
           "level bias 0 and many samples; of scalars three views against the reference of the "
           "original")
-      .optional("needed", &S::needed,
-                "converged images of three views, each from an empty cache, beside the work that the "
-                "reference needs for them")
+      .optional(
+          "needed", &S::needed,
+          "converged images of three views, each from an empty cache, beside the work that the "
+          "reference needs for them")
       .optional("counters", &S::counters,
                 "work of the path drawn once, by kernels that count and are not timed")
       .optional("destination", &S::destination, "where decoded voxels went",

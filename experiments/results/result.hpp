@@ -264,7 +264,7 @@ struct Result : Parts {
   Figure elapsed_seconds;
 
   bool is_ok() const { return status == "ok"; }
-  /// The access mode of pictures; "" of others.
+  /// The access mode of images; "" of others.
   std::string access_mode() const;
 };
 

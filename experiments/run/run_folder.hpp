@@ -40,7 +40,7 @@ class RunFolder {
   const std::string& scratch() const { return scratch_; }
   std::string file(const std::string& name) const;
   void append(const Result& result) { rows_.append(result); }
-  /// Removes what workers left there (encoded files, reference pictures, results of verification),
+  /// Removes what workers left there (encoded files, reference images, results of verification),
   /// and nothing else.
   void empty_scratch() const;
 

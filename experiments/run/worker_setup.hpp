@@ -9,7 +9,7 @@
 
 namespace cvr::experiments {
 
-/// Makes the folder of kept pictures where the cell keeps some.
+/// Makes the folder of kept images where the cell keeps some.
 WorkerSpec make_spec(const Config& config, const PlannedCell& planned, const RawCopy& copy,
                      const RunFolder& folder);
 

@@ -22,7 +22,7 @@ struct WorkerSpec {
   std::uint32_t bytes_per_voxel = 0;
   std::uint64_t memory_limit = 0;  ///< bytes beyond the mapped input; 0: none
   std::string scratch;   ///< folder for encoded files, shared by the stages of a run; empty: none
-  std::string pictures;  ///< path that kept pictures begin with; empty: none are kept
+  std::string pictures;  ///< path that kept images begin with; empty: none are kept
   std::uint64_t seed = 1;
   std::vector<unsigned> lods;          ///< empty: all
   std::optional<RenderChoice> render;  ///< of the render stage

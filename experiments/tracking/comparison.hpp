@@ -50,7 +50,7 @@ constexpr std::string_view name_of(Outcome outcome) { return kOutcomeNames.of(ou
 struct ComparedQuantity {
   std::string key;  ///< of the rows
   std::string codec;
-  std::string mode;  ///< the stage, or of pictures the access mode
+  std::string mode;  ///< the stage, or of images the access mode
   Quantity base, fresh;
   Outcome outcome = Outcome::kUndecided;
   double ratio = 1;          ///< new / base, of numbers and times

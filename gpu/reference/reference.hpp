@@ -1,4 +1,4 @@
-// The truth of every picture: a CPU renderer in double precision over the raw label pyramid,
+// The truth of every image: a CPU renderer in double precision over the raw label pyramid,
 // written from IMAGE.md alone.
 //
 // It shares no text with the shaders: rays, traversal and shading are its own. It is made to be
@@ -15,7 +15,7 @@
 
 namespace cvr::gpu {
 
-/// Work that a picture needs, whoever draws it.
+/// Work that an image needs, whoever draws it.
 struct NeededWork {
   std::uint64_t visits = 0;  ///< cells visited by all rays, in bricks that hold a visible label
   std::uint64_t distinct_cells = 0;   ///< different (cell, level) among them
@@ -34,7 +34,7 @@ class ReferenceRenderer {
   /// Draws frame `frame` (of the random numbers) of a camera; accumulates `frames` of them.
   Image render(const Scene& scene, const Camera& camera, std::uint32_t first_frame = 0,
                std::uint32_t frames = 1) const;
-  /// As render(), and counts what the picture needs.
+  /// As render(), and counts what the image needs.
   Image render(const Scene& scene, const Camera& camera, NeededWork& needed) const;
   /// The label that a single ray hits first, kNoLabel for none, with the levels of detail of
   /// `camera`.

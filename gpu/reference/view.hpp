@@ -36,7 +36,7 @@ class View {
   Camera camera_;
   Vector3 scale_;
   Vector3 eye_, forward_, right_,
-      up_;                       ///< in world space; right and up reach to the edge of the picture
+      up_;                       ///< in world space; right and up reach to the edge of the image
   double pixel_edge_;            ///< in world units, at distance 1
   std::vector<Rgba> materials_;  ///< by number of the label
   std::vector<std::uint8_t> brick_levels_;

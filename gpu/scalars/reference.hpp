@@ -1,4 +1,4 @@
-// The CPU renderer of scalar volumes in double precision: the truth of every picture of scalars.
+// The CPU renderer of scalar volumes in double precision: the truth of every image of scalars.
 // Its text is its own; it follows gpu/IMAGE.md, Scalars, and reads decoded voxels.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace cvr::gpu {
 
-/// The picture of a scalar volume. scene.width, .height, .transfer, .slice_samples, .light,
+/// The image of a scalar volume. scene.width, .height, .transfer, .slice_samples, .light,
 /// .ambient and .background count.
 Image render_scalars(const volumes::Volume& volume, const Scene& scene, const ValueRange& range,
                      const Camera& camera, unsigned threads);

@@ -16,7 +16,7 @@ uint height;
 uint ring_slices;  // a power of two
 uint samples;      // planes a slab between two slices
 float eye[3];      // in slice space
-float towards[3];  // direction of the picture's centre
+float towards[3];  // direction of the image's centre
 float right[3];    // half a pixel to the right
 float down[3];     // half a pixel down
 float scale[3];    // world units a voxel

@@ -137,7 +137,7 @@ TEST_F(ImageFiles, ErrorsNameTheFile) {
   EXPECT_THAT(message([&] {
                 write_png(folder_ / "b.png", 2, 1, {1, 2, 3});
               }),
-              testing::HasSubstr("expected 6 bytes for a picture of 2x1, found 3"));
+              testing::HasSubstr("expected 6 bytes for an image of 2x1, found 3"));
   EXPECT_THAT(message([&] { write_label_image(path, grey(1, 1, 0)); }),
               testing::StartsWith(unwritable));
 }

@@ -76,6 +76,9 @@ TEST_F(FileDatasets, TwoOfOneNameNeedNames) {
   EXPECT_THAT(error("{generator: cells, extent: [4, 4, 4], name: c}, "
                     "{generator: cells, extent: [4, 4, 4], name: c, seed: 2}"),
               HasSubstr("two that are called 'c'"));
+  EXPECT_THAT(
+      error("{file: below/tissue.nrrd, kind: labels}, {file: below/tissue.nrrd, kind: scalars}"),
+      HasSubstr("two that are called 'tissue'"));
   const Config config = load("{file: tissue.seg.nrrd}, {file: below/tissue.nrrd, name: other}");
   EXPECT_EQ(config.cells.size(), 4u);
 }
