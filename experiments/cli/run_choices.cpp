@@ -114,7 +114,8 @@ void add_data_options(CLI::App& command, RunChoices& c) {
   command
       .add_option("--only", c.only,
                   "KEY=GLOB: dataset, codec, stage, threads, a parameter, or of images scene, "
-                  "access_mode, shading ..; the same key twice means either")
+                  "access_mode, shading ..; or key, as a row names its cell; the same key twice "
+                  "means either")
       ->allow_extra_args(false);
   command.add_option(
       "--data", c.data,
@@ -135,7 +136,7 @@ Filter parse_filter(const std::vector<std::string>& only) {
           text));
     }
     auto keys = line_labels();
-    keys.emplace_back("stage");
+    keys.insert(keys.end(), {"stage", "key"});
     const std::string key(current_name(text.substr(0, equals)));
     if (std::ranges::find(keys, key) == keys.end())
       throw volumes::InputError(fmt::format("--only {}: expected one of the keys {}, found '{}'{}",

@@ -71,7 +71,8 @@ std::string label_of(const Cell& cell, const std::string& key) {
 bool Filter::keeps(const Cell& cell) const {
   std::map<std::string, bool> kept;
   for (const auto& [key, glob] : only) {
-    const std::string value = key == "stage"     ? std::string(cell.stage->id)
+    const std::string value = key == "key"       ? cell.row_key()
+                              : key == "stage"   ? std::string(cell.stage->id)
                               : key == "threads" ? std::to_string(cell.threads.count)
                                                  : label_of(cell, key);
     kept[key] = kept[key] || fnmatch(glob.c_str(), value.c_str(), 0) == 0;

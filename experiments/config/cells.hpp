@@ -60,7 +60,7 @@ std::string label_of(const Cell& cell, const std::string& key);
 /// Labels and globs.
 using Conditions = std::vector<std::pair<std::string, std::string>>;
 
-/// Keeps a cell: every key of `only` (stage, or what label_of knows, threads as a number) has a
+/// Keeps a cell: every key of `only` (stage, key, or what label_of knows, threads as a number) has a
 /// matching glob.
 struct Filter {
   Conditions only;
