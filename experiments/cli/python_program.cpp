@@ -66,9 +66,8 @@ std::string find_file(const std::string& name) {
     places.push_back((folder / "plots" / name).string());
     if (fs::is_regular_file(places.back(), error)) return places.back();
   }
-  throw EnvironmentError(
-      fmt::format("expected this command's program as {}, found none of them",
-                  fmt::join(places, " or ")));
+  throw EnvironmentError(fmt::format("expected this command's program as {}, found none of them",
+                                     fmt::join(places, " or ")));
 }
 
 /// The first of the path, or Debian's. Throws EnvironmentError.
@@ -76,7 +75,8 @@ std::string find_python(const std::vector<std::string>& modules, InterruptWatch&
   const std::string test = fmt::format("import sys, {}", fmt::join(modules, ", "));
   bool any = false;
   for (const char* python : {"python3", "/usr/bin/python3"}) {
-    const int code = run_program({python, "-c", modules.empty() ? "import sys" : test}, true, watch);
+    const int code =
+        run_program({python, "-c", modules.empty() ? "import sys" : test}, true, watch);
     if (code == 0) return python;
     any = any || code != 127;
   }

@@ -50,7 +50,8 @@ std::vector<Section> sections_of(const Vocabulary& vocabulary) {
       {"A camera of a scene's `keys`", "", infos_of(camera_keys())},
       {"A material of a scene", "", infos_of(material_keys())},
       {"A point of a transfer function", "", infos_of(transfer_keys())},
-      {"A file of published figures", "Files of `results/paper`.", infos_of(published_file_keys())},
+      {"A file of published figures", "Files of `results/published`.",
+       infos_of(published_file_keys())},
       {"A published table", "", infos_of(published_table_keys())},
       {"A published figure", "", infos_of(published_figure_keys())},
   };

@@ -1,4 +1,4 @@
-// Published figures to stand beside measured ones (results/paper/*.yaml). docs/config.md lists the
+// Published figures to stand beside measured ones (results/published/*.yaml). docs/config.md lists the
 // keys.
 #pragma once
 

@@ -6,9 +6,12 @@
 #include <filesystem>
 
 #include "codecs/registry.hpp"
+#include "experiments/config/project_folders.hpp"
 #include "experiments/config/render_options.hpp"
 
 namespace cvr::experiments {
+
+namespace fs = std::filesystem;
 
 std::vector<std::string> line_labels() {
   std::vector<std::string> labels{"dataset", "extent",     "type",   "kind",
@@ -62,17 +65,40 @@ Shape<Conditions> conditions() {
           "a map of labels and globs, or lists of globs of which one must match", schema};
 }
 
+namespace {
+
+/// Where a file of published figures may lie.
+std::vector<fs::path> published_places(const std::string& config_path, const std::string& text) {
+  if (text.ends_with(".yaml"))
+    return {(fs::path(config_path).parent_path() / text).lexically_normal()};
+  std::vector<fs::path> places = project_folders();
+  for (fs::path& place : places)
+    place = (place / "results" / "published" / (text + ".yaml")).lexically_normal();
+  return places;
+}
+
+std::vector<std::string> texts_of(const std::vector<fs::path>& paths) {
+  std::vector<std::string> texts;
+  for (const fs::path& path : paths) texts.push_back(path.string());
+  return texts;
+}
+
+}  // namespace
+
 std::vector<Key<PublishedPlace>> published_place_keys(const std::string& config_path) {
   const Shape<std::string> file{
       [config_path](const YamlValue& value) {
-        const auto beside = std::filesystem::path(config_path).parent_path() / value.text("a path");
-        const std::string path = beside.lexically_normal().string();
-        if (!std::filesystem::is_regular_file(path)) value.expected("a file at " + path);
-        return path;
+        const auto places = published_places(config_path, value.text("a name or a path"));
+        const auto found = std::ranges::find_if(
+            places, [](const fs::path& place) { return fs::is_regular_file(place); });
+        if (found == places.end())
+          value.expected(fmt::format("a file at {}", fmt::join(texts_of(places), " or ")));
+        return found->string();
       },
-      "a path", std::string(kTextSchema)};
+      "a name or a path", std::string(kTextSchema)};
   return {required(key("file", &PublishedPlace::file, file, "",
-                       "Path of a file of published figures, from this file.")),
+                       "Figures of a publication: NAME of results/published/NAME.yaml, or the path "
+                       "of such a file (.yaml) from this one.")),
           required(key("table", &PublishedPlace::table, one_text("a name"), "",
                        "Name of a table in it."))};
 }

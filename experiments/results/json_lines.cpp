@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +13,8 @@
 #include <chrono>
 #include <cstring>
 #include <memory>
+#include <new>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -74,6 +77,77 @@ off_t whole_lines(int descriptor, off_t size) {
   return 0;
 }
 
+/// Cuts what comes in blocks into lines.
+class LineSplitter {
+ public:
+  LineSplitter(const std::string& path,
+               const std::function<void(std::size_t, std::string_view)>& use, std::uint64_t longest)
+      : path_(path), use_(use), longest_(longest) {}
+
+  void add(std::string_view rest) {
+    for (std::size_t end = 0; (end = rest.find('\n')) != std::string_view::npos;
+         rest.remove_prefix(end + 1), ++number_) {
+      check_length(begun_.size() + end);
+      if (begun_.empty()) {
+        use_(number_, rest.substr(0, end));
+      } else {
+        begun_.append(rest.substr(0, end));
+        use_(number_, begun_);
+        begun_.clear();
+      }
+    }
+    begun_.append(rest);
+    check_length(begun_.size());
+  }
+
+ private:
+  void check_length(std::size_t length) const {
+    if (length > longest_)
+      throw InputError(fmt::format("{}:{}: expected lines of at most {} bytes, found a longer one",
+                                   path_, number_, longest_));
+  }
+
+  const std::string& path_;
+  const std::function<void(std::size_t, std::string_view)>& use_;
+  std::uint64_t longest_;
+  std::string begun_;  ///< of the line that goes on behind the block
+  std::size_t number_ = 1;
+};
+
+/// A file of Zstandard frames, block by block.
+class Decompression {
+ public:
+  explicit Decompression(const std::string& path)
+      : path_(path), stream_(ZSTD_createDCtx(), ZSTD_freeDCtx), out_(kBlock) {
+    if (!stream_) throw std::bad_alloc();
+  }
+
+  void add(std::string_view bytes, LineSplitter& lines) {
+    ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+    bool filled = false;  // more of the same input may come out
+    while (in.pos < in.size || filled) {
+      ZSTD_outBuffer out{out_.data(), out_.size(), 0};
+      left_ = ZSTD_decompressStream(stream_.get(), &out, &in);
+      if (ZSTD_isError(left_) != 0)
+        throw InputError(fmt::format("{}: expected Zstandard frames, found: {}", path_,
+                                     ZSTD_getErrorName(left_)));
+      lines.add({out_.data(), out.pos});
+      filled = out.pos == out.size && left_ != 0;
+    }
+  }
+  void end() const {
+    if (left_ != 0)
+      throw InputError(
+          fmt::format("{}: expected a whole Zstandard frame, found the file's end", path_));
+  }
+
+ private:
+  const std::string& path_;
+  std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> stream_;
+  std::vector<char> out_;
+  std::size_t left_ = 1;  ///< 0: a frame has ended
+};
+
 }  // namespace
 
 void for_each_line(const std::string& path,
@@ -90,36 +164,25 @@ void for_each_line(const std::string& path,
     throw InputError(
         fmt::format("{}: expected a regular file, found {}", path,
                     S_ISDIR(status.st_mode) ? "a folder" : "a device, pipe or socket"));
+  LineSplitter lines(path, use, longest);
+  std::optional<Decompression> packed;
+  if (path.ends_with(kCompressedEnding)) packed.emplace(path);
   std::vector<char> block(kBlock);
-  std::string begun;  ///< of the line that goes on behind the block
-  std::size_t number = 1;
-  const auto check_length = [&](std::size_t length) {
-    if (length > longest)
-      throw InputError(fmt::format("{}:{}: expected lines of at most {} bytes, found a longer one",
-                                   path, number, longest));
-  };
   while (true) {
     const ssize_t got = ::read(file.get(), block.data(), block.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0)
       throw InputError(
           fmt::format("{}: expected a readable file, found: {}", path, std::strerror(errno)));
-    if (got == 0) return;
-    std::string_view rest(block.data(), static_cast<std::size_t>(got));
-    for (std::size_t end = 0; (end = rest.find('\n')) != std::string_view::npos;
-         rest.remove_prefix(end + 1), ++number) {
-      check_length(begun.size() + end);
-      if (begun.empty()) {
-        use(number, rest.substr(0, end));
-      } else {
-        begun.append(rest.substr(0, end));
-        use(number, begun);
-        begun.clear();
-      }
+    if (got == 0) break;
+    const std::string_view bytes(block.data(), static_cast<std::size_t>(got));
+    if (packed) {
+      packed->add(bytes, lines);
+    } else {
+      lines.add(bytes);
     }
-    begun.append(rest);
-    check_length(begun.size());
   }
+  if (packed) packed->end();
 }
 
 LockedFile::LockedFile(const std::string& path, const std::function<bool()>& wait)

@@ -16,6 +16,9 @@ namespace cvr::experiments {
 inline constexpr std::uint64_t kLongestLine =
     std::uint64_t{256} << 20;  ///< bytes; 10^6 rounds with all samples take 40 MiB
 
+/// Of a file whose lines are compressed by Zstandard; such files are read and not written.
+inline constexpr std::string_view kCompressedEnding = ".zst";
+
 /// Calls `use` with number (from 1) and text of each line of a file that has its end; none where
 /// there is no file. Throws InputError where the file cannot be read or is no regular file, and
 /// "FILE:LINE: ..." for a line longer than `longest` bytes.

@@ -310,7 +310,9 @@ FieldTable<Parts::Memory> table_of() {
       .required("peak_bytes", &S::peak_bytes,
                 "largest resident memory of the worker after its check, mapped input included")
       .required("peak_over_input", &S::peak_over_input,
-                "peak_bytes without the bytes of the mapped input, in bytes");
+                "peak_bytes without the bytes of the mapped input, in bytes")
+      .optional("check_peak_bytes", &S::check_peak_bytes,
+                "largest resident memory of the worker up to the end of its check");
 }
 
 template <>

@@ -176,7 +176,7 @@ struct PartTypes {
   struct Memory {
     Count gpu_bytes;
     std::optional<Named<std::uint64_t>> gpu_uses;
-    Count peak_bytes, peak_over_input;
+    Count peak_bytes, peak_over_input, check_peak_bytes;
   };
   struct Time {
     Count rounds;

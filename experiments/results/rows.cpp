@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 
 #include "volumes/error.hpp"
 #include "volumes/json_text.hpp"
@@ -42,7 +43,12 @@ double whole_over_part(const Result& result) {
   return (original ? static_cast<double>(*original) : voxels) / voxels;
 }
 
-std::vector<Result> load_rows(const std::string& path) {
+std::vector<Result> load_rows(const std::string& given) {
+  std::error_code error;
+  const std::string packed = given + std::string(kCompressedEnding);
+  const std::string& path =
+      !std::filesystem::exists(given, error) && std::filesystem::exists(packed, error) ? packed
+                                                                                       : given;
   std::vector<Result> results;
   for_each_line(path, [&](std::size_t number, std::string_view line) {
     try {

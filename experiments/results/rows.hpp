@@ -25,11 +25,12 @@ inline constexpr std::string_view kDataMissing = "data-missing";
 /// smaller volume stands for it.
 double whole_over_part(const Result& result);
 
-/// The results of all whole rows of a file, none if it does not exist. A row has the texts cell, key
+/// The results of all whole rows of a file; where it does not exist, of the same file with .zst
+/// behind its name (evidence is kept so), else none. A row has the texts cell, key
 /// and status, one of the six; rows of other revisions may lack other fields and have fields that
 /// this one does not know. Throws InputError: "FILE:LINE: ..." for a line that is no row, a key that
 /// stands twice and nesting beyond volumes::kMaxJsonDepth.
-std::vector<Result> load_rows(const std::string& path);
+std::vector<Result> load_rows(const std::string& given);
 
 /// The last result of each cell or key.
 std::map<std::string, Result> latest_by(const std::vector<Result>& results,

@@ -90,7 +90,9 @@ void serve(const WorkerSpec& spec, std::istream& in, const Answers& answers, Sta
                          : volumes::open_volume(spec.raw_path, spec.location.info.kind);
   hooks.begin(spec);
   const auto stage = make_stage_run({spec, *truth, hooks.source(spec, *truth), hooks});
-  const Parts parts = stage->prepare();
+  Parts parts = stage->prepare();
+  if (!parts.memory) parts.memory.emplace();
+  if (const std::uint64_t peak = peak_memory(); peak > 0) parts.memory->check_peak_bytes = peak;
   malloc_trim(0);  // what the check has freed is not the rounds'
   reset_peak_memory();
   answers.send({{"event", "ready"}, {"parts", to_json(parts)}});

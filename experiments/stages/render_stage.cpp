@@ -2,6 +2,8 @@
 // (render.cpp).
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "experiments/stages/frame_times.hpp"
 #include "experiments/stages/render_run.hpp"
 #include "experiments/stages/stage_kind.hpp"
@@ -16,7 +18,10 @@ constexpr double kPixelsPerSecond = 2e6;
 constexpr double kCheckFrames = 20;
 constexpr double kMiB = 1 << 20;
 constexpr double kDriver = 256 * kMiB;
-constexpr double kPixel = 100;  ///< bytes, of images on the device and here
+constexpr double kPixel = 300;  ///< bytes, of images and suspended rays
+/// What `raw`, with which images are compared, takes at most where device memory is the host's: the
+/// largest allocation of lavapipe.
+constexpr double kLargestRaw = 2048 * kMiB;
 
 std::string refusal_of(const RenderChoice& choice, bool labels) {
   const gpu::CacheTraits& access = *gpu::find_cache(choice.access);
@@ -50,13 +55,15 @@ class RenderStage final : public StageKind {
         kCheckFrames + (rounds + 1) * (render.frames * render.ao_samples + render.warm_frames);
     return kStartSeconds + frames * pixels / kPixelsPerSecond;
   }
-  /// Labels in memory, as the pyramid of the reference, and encoded; the cache of the timed and of
-  /// the counting renderer.
+  /// The volume in memory, the coarser levels of the reference, all levels for `raw`; the cache of
+  /// the timed and of the counting renderer. What is encoded is small beside them. A row's peak is
+  /// of the rounds alone, after the reference has gone.
   double expected_memory(const Cell& cell, const volumes::VolumeInfo& info,
                          const MemoryChoices&) const override {
     const RenderChoice& render = *cell.render;
     const auto pixels = static_cast<double>(std::uint64_t{render.width} * render.height);
-    return 4 * static_cast<double>(info.bytes()) + 8 * static_cast<double>(info.extent.voxels()) +
+    const auto bytes = static_cast<double>(info.bytes());
+    return bytes + bytes / 7 + std::min(bytes / 7 * 8, kLargestRaw) +
            static_cast<double>(render.cache_mib) * 2 * kMiB + kPixel * pixels + kDriver;
   }
   bool memory_scales() const override { return false; }

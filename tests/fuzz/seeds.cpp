@@ -263,7 +263,7 @@ int main(int argc, char** argv) {
   cvr::fuzz::add_files(seeds, "scene", configs / "scenes", ".yaml");
   cvr::fuzz::add_files(seeds, "catalogue", configs / "datasets", ".yaml");
   cvr::fuzz::add_files(seeds, "config", configs, ".yaml");
-  cvr::fuzz::add_files(seeds, "published", fs::path(CVR_SOURCE_DIR) / "results/paper", ".yaml");
+  cvr::fuzz::add_files(seeds, "published", fs::path(CVR_SOURCE_DIR) / "results/published", ".yaml");
   fs::remove_all(scratch);
   std::printf("%zu seeds\n", seeds.count());
 }

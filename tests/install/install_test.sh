@@ -19,7 +19,7 @@ mv "$work/first" "$work/moved"
 root=$work/moved
 data=$root/share/cvrbench
 for path in bin/cvrbench share/cvrbench/{configs/quick.yaml,configs/scenes/cells.yaml} \
-  share/cvrbench/{results/paper/csgvr.yaml,results/schema/row.schema.json,plots/report.py}; do
+  share/cvrbench/{results/published/csgvr.yaml,results/schema/row.schema.json,plots/report.py}; do
   [[ -f $root/$path ]] || fail "expected $path"
 done
 if grep -rlF "$source" "$data" >&2; then fail "expected no path of the source tree"; fi

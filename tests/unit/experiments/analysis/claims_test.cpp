@@ -365,6 +365,8 @@ TEST_F(ClaimsTest, MistakesHaveTheirPlace) {
   expect_error(ok + "at_most: 1, holds_in: few", "expected all, most or some, found 'few'");
   expect_error(ok + "at_most: 1, published: {file: none.yaml, table: t}, compare: ratio",
                "expected a file at");
+  expect_error(ok + "at_most: 1, published: {file: none, table: t}, compare: ratio",
+               "results/published/none.yaml or ");
   expect_error(ok + "at_most: 1, published: {file: p.yaml, table: t}, compare: ratio",
                "expected a metric that publications state");
   expect_error("metric: bits_per_voxl, left: {codec: bc4}, each: [dataset], at_most: 1",

@@ -242,7 +242,7 @@ TEST_F(RenderTable, PicturesAndVoxelsAreNotMixed) {
 }
 
 TEST(PublishedFrames, EveryFigureNamesWhatThisBuildHas) {
-  const std::string path = std::string(CVR_SOURCE_DIR) + "/results/paper/csgvr.yaml";
+  const std::string path = std::string(CVR_SOURCE_DIR) + "/results/published/csgvr.yaml";
   const PublishedTable table4 = load_published(path, "table4"),
                        s1 = load_published(path, "table_s1");
   // Table 4: 9 lines, Table S1: 17, of 12 figures each; without stop bits and as nibbles H01 does

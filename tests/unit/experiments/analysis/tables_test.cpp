@@ -198,7 +198,7 @@ TEST(Columns, HeadingsNameTheirUnit) {
 }
 
 TEST(Published, TheFiguresOfThePaperAreCarriedWhole) {
-  const std::string path = std::string(CVR_SOURCE_DIR) + "/results/paper/csgvr.yaml";
+  const std::string path = std::string(CVR_SOURCE_DIR) + "/results/published/csgvr.yaml";
   EXPECT_EQ(load_published(path, "table2").figures.size(), 4u * 3 * 4);
   EXPECT_EQ(load_published(path, "table3").figures.size(), 4u * 7);
   EXPECT_THROW(load_published(path, "table9"), volumes::InputError);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <zstd.h>
 
 #include "experiments/run/run_folder.hpp"
 #include "tests/samples/scratch_folder.hpp"
@@ -48,6 +49,31 @@ TEST(JsonLines, AreReadAcrossBlocksAndWithoutATornLastLine) {
   EXPECT_EQ(lines[2].second, large);
   EXPECT_EQ(lines[3], (std::pair<std::size_t, std::string>(4, "b")));
   EXPECT_TRUE(lines_of(folder / "none").empty());
+}
+
+std::string compressed(const std::string& text) {
+  std::string packed(ZSTD_compressBound(text.size()), 0);
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), text.data(), text.size(), 3));
+  return packed;
+}
+
+/// Evidence is kept so. The text of several frames goes on; what is cut or none is told by name.
+TEST(JsonLines, AreReadFromZstandardFrames) {
+  const ScratchFolder folder;
+  const std::string large(700'000, 'x');
+  const std::string both = compressed("a\n" + large) + compressed("y\nb\ntorn");
+  const auto lines = lines_of(folder.write("f.zst", both));
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[1].second, large + "y");
+  EXPECT_EQ(lines[2], (std::pair<std::size_t, std::string>(3, "b")));
+  // Lines that fill the block exactly, so that a frame ends where the block does.
+  const std::string exact(262'143, 'z');
+  EXPECT_EQ(lines_of(folder.write("e.zst", compressed(exact + "\n"))).size(), 1u);
+  EXPECT_THAT(error_of([&] { lines_of(folder.write("c.zst", both.substr(0, both.size() - 3))); }),
+              HasSubstr("c.zst: expected a whole Zstandard frame, found the file's end"));
+  EXPECT_THAT(error_of([&] { lines_of(folder.write("p.zst", "a\nb\n")); }),
+              HasSubstr("p.zst: expected Zstandard frames, found: "));
+  EXPECT_THAT(error_of([&] { lines_of(folder.write("n.zst", "")); }), HasSubstr("whole"));
 }
 
 TEST(JsonLines, EnormousLinesAreAnErrorWithTheirPlaceEvenWithoutAnEnd) {
