@@ -13,7 +13,7 @@ from typing import Any
 from estimates import spell
 from rows import finite
 
-HOLDS, FAILS, UNDECIDED, UNCHECKED = "holds", "does not hold", "undecided", "cannot be checked here"
+HOLDS, FAILS, UNDECIDED, UNCHECKED = "holds", "does not hold", "undecided", "not testable here"
 SIGNS = {HOLDS: "\u2713", FAILS: "\u2717", UNDECIDED: "?", UNCHECKED: "\u2013"}
 
 
@@ -23,6 +23,7 @@ class Group:
     verdict: str
     reason: str
     value: float | None
+    fitted: bool = False  # its volume was made to meet the published figure: it proves nothing
 
 
 @dataclass
@@ -40,12 +41,14 @@ class Claim:
         return SIGNS.get(self.verdict, "?")
 
     def count(self, verdict: str) -> int:
-        return sum(group.verdict == verdict for group in self.groups)
+        return sum(group.verdict == verdict and not group.fitted for group in self.groups)
 
     @property
     def range(self) -> str:
         """Least and largest figure of the groups."""
-        values = [group.value for group in self.groups if group.value is not None]
+        values = [
+            group.value for group in self.groups if group.value is not None and not group.fitted
+        ]
         if not values:
             return ""
         low, high = spell(min(values)), spell(max(values))
@@ -82,6 +85,7 @@ def group_of(data: dict[str, Any]) -> Group:
         str(data.get("verdict", UNCHECKED)),
         str(data.get("reason", "")),
         finite(first.get("value")),
+        data.get("fitted") is True,
     )
 
 

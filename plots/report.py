@@ -52,7 +52,12 @@ EXIT_OK, EXIT_NOTHING, EXIT_USAGE, EXIT_ENVIRONMENT = 0, 1, 2, 3
 
 def claim_groups(claims: Sequence[Claim]) -> Table:
     lines = [
-        [Cell(claim.name), Cell(group.label), Cell(group.verdict), Cell(group.reason)]
+        [
+            Cell(claim.name),
+            Cell(group.label),
+            Cell(group.verdict + (", fitted" if group.fitted else "")),
+            Cell(group.reason),
+        ]
         for claim in claims
         for group in claim.groups
     ]

@@ -501,7 +501,7 @@ def claims_sentence(claims: list[Claim]) -> str:
         HOLDS: "hold",
         FAILS: "do not hold",
         UNDECIDED: "are undecided",
-        UNCHECKED: "cannot be checked here",
+        UNCHECKED: "not testable here",
     }
     return (
         f"{count(len(claims), 'claim')} of papers judged: "

@@ -92,6 +92,9 @@ class GroupJudge {
              const std::optional<PublishedTable>& published)
       : claim_(claim), group_(group), published_(published), metric_(*find_metric(claim.metric)) {
     result_.labels = group.labels;
+    for (const auto& side : group.sides) add_cells(side);
+    result_.fitted =
+        !claim.fitted.empty() && Filter{claim.fitted}.keeps(*group.sides.front().front().cell);
   }
 
   GroupVerdict judge_group() {
@@ -105,6 +108,20 @@ class GroupJudge {
   }
 
  private:
+  /// The rows from which alone the metric has its number.
+  void add_cells(const std::vector<TableLine>& lines) {
+    for (const TableLine& line : lines) {
+      for (const auto& [stage, row] : line.rows) {
+        if (row != nullptr && metric_.read(context_of({line.cell, only(stage, row)}, {})).number)
+          result_.cells.push_back(row->cell);
+      }
+    }
+  }
+  static StageRows only(std::string_view stage, const Result* row) {
+    StageRows rows;
+    rows[stage] = row;
+    return rows;
+  }
   static std::optional<Interval> interval_if(const Interval& interval, bool there) {
     return there ? std::optional(interval) : std::nullopt;
   }
@@ -225,25 +242,41 @@ Verdict summarise(const ClaimVerdict& all) {
   return enough(holds + undecided) ? Verdict::kUndecided : Verdict::kDoesNotHold;
 }
 
+std::size_t fitted_groups(const ClaimVerdict& verdict) {
+  return static_cast<std::size_t>(std::ranges::count(verdict.groups, true, &GroupVerdict::fitted));
+}
+
 std::string counts_text(const ClaimVerdict& verdict) {
   std::string text;
   for (const Verdict kind : kVerdicts) {
     if (const std::size_t count = verdict.count(kind); count > 0)
       text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", name_of(kind), count);
   }
+  if (const std::size_t count = fitted_groups(verdict); count > 0)
+    text += fmt::format("{}fitted: {}", text.empty() ? "" : ", ", count);
   return text;
 }
 
 /// Least and largest figure, difference or ratio of all groups.
-std::string range_text(const ClaimVerdict& verdict) {
+std::string range_of(const ClaimVerdict& verdict) {
   std::vector<double> values;
   for (const GroupVerdict& group : verdict.groups) {
+    if (group.fitted) continue;
     for (const Comparand& compared : group.compared) values.push_back(compared.value);
   }
   if (values.empty()) return "";
   const auto [least, largest] = std::ranges::minmax(values);
-  return least == largest ? fmt::format("; {:.4g}", least)
-                          : fmt::format("; {:.4g} .. {:.4g}", least, largest);
+  return least == largest ? fmt::format("{:.4g}", least)
+                          : fmt::format("{:.4g} .. {:.4g}", least, largest);
+}
+
+std::string counts_and_range(const ClaimVerdict& verdict) {
+  const std::string range = range_of(verdict);
+  return counts_text(verdict) + (range.empty() ? "" : "; " + range);
+}
+
+std::string verdict_text(const GroupVerdict& group) {
+  return std::string(name_of(group.verdict)) + (group.fitted ? ", fitted" : "");
 }
 
 std::string quorum_text(Quorum quorum) {
@@ -269,11 +302,13 @@ Row describe(const Comparand& compared) {
 }  // namespace
 
 std::size_t ClaimVerdict::count(Verdict wanted) const {
-  return static_cast<std::size_t>(std::ranges::count(groups, wanted, &GroupVerdict::verdict));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      groups, [wanted](const auto& group) { return !group.fitted && group.verdict == wanted; }));
 }
 
 void check_claims(const Config& config) {
   for (const ClaimSpec& claim : config.claims) {
+    if (!claim.not_testable.empty()) continue;
     const auto groups = collect_groups(claim, config, {});
     if (groups.empty()) {
       throw volumes::InputError(fmt::format(
@@ -302,6 +337,10 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
   const auto latest = latest_by(rows, &Result::key);
   std::vector<ClaimVerdict> verdicts;
   for (const ClaimSpec& claim : config.claims) {
+    if (!claim.not_testable.empty()) {
+      verdicts.push_back({&claim, {{.labels = {}, .reason = claim.not_testable}}});
+      continue;
+    }
     std::optional<PublishedTable> published;
     if (claim.published) published = load_published(claim.published->file, claim.published->table);
     ClaimVerdict verdict{&claim, {}};
@@ -320,9 +359,9 @@ Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdic
   for (const char* column : {"claim", "verdict", "figures"}) table.add_label(column);
   for (const ClaimVerdict& verdict : verdicts) {
     const ClaimSpec& claim = *verdict.claim;
-    table.add_line({claim.name, std::string(name_of(verdict.verdict)),
-                    verdict.groups.size() == 1 ? verdict.groups.front().reason
-                                               : counts_text(verdict) + range_text(verdict)});
+    table.add_line(
+        {claim.name, std::string(name_of(verdict.verdict)),
+         verdict.groups.size() == 1 ? verdict.groups.front().reason : counts_and_range(verdict)});
     table.notes.push_back(
         Note()
             .term(claim.name)
@@ -330,21 +369,47 @@ Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdic
             .given(claim.says)
             .own("\" (")
             .given(claim.source)
-            .own(fmt::format("). Checked: {}, {}{}.", claim.metric, claim.describe_bounds(),
-                             quorum_text(claim.quorum))));
+            .own(claim.not_testable.empty()
+                     ? fmt::format("). Checked: {}, {}{}.", claim.metric, claim.describe_bounds(),
+                                   quorum_text(claim.quorum))
+                     : ")."));
   }
   return table;
 }
 
-Table groups_table(const std::vector<ClaimVerdict>& verdicts) {
+Table claims_summary(const std::vector<ClaimVerdict>& verdicts) {
+  Table table;
+  table.name = "claims";
+  table.title = "Claims";
+  for (const char* column : {"claim", "verdict", "groups", "least .. largest"})
+    table.add_label(column);
+  for (const ClaimVerdict& verdict : verdicts) {
+    const ClaimSpec& claim = *verdict.claim;
+    const bool testable = claim.not_testable.empty();
+    table.add_line(
+        {fmt::format("{} ({})", claim.says, claim.source), std::string(name_of(verdict.verdict)),
+         testable
+             ? fmt::format("{} / {} / {}", verdict.count(Verdict::kHolds),
+                           verdict.count(Verdict::kDoesNotHold), verdict.count(Verdict::kUndecided))
+             : "",
+         testable ? range_of(verdict) : claim.not_testable});
+  }
+  return table;
+}
+
+Table groups_table(const std::vector<ClaimVerdict>& verdicts, bool with_cells) {
   Table table;
   table.name = "groups";
   table.title = "Each group of these claims";
   for (const char* column : {"claim", "group", "verdict", "figures"}) table.add_label(column);
+  if (with_cells) table.add_label("cells");
   for (const ClaimVerdict& verdict : verdicts) {
     for (const GroupVerdict& group : verdict.groups) {
-      table.add_line({verdict.claim->name, fmt::format("{}", fmt::join(group.labels, " ")),
-                      std::string(name_of(group.verdict)), group.reason});
+      std::vector<std::string> line{verdict.claim->name,
+                                    fmt::format("{}", fmt::join(group.labels, " ")),
+                                    verdict_text(group), group.reason};
+      if (with_cells) line.push_back(fmt::format("{}", fmt::join(group.cells, " ")));
+      table.add_line(std::move(line));
     }
   }
   return table;
@@ -364,6 +429,8 @@ std::vector<Row> claims_rows(const std::vector<ClaimVerdict>& verdicts) {
         row["group"][claim.each[i]] = group.labels[i];
       row["verdict"] = name_of(group.verdict);
       row["reason"] = group.reason;
+      row["fitted"] = group.fitted;
+      row["cells"] = group.cells;
       row["metric"] = claim.metric;
       row["compare"] = name_of(claim.compare);
       row["at_least"] = number_or_null(claim.at_least);

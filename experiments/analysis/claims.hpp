@@ -29,7 +29,7 @@ inline constexpr auto kVerdictNames =
     volumes::enum_names<Verdict>({{Verdict::kHolds, "holds"},
                                   {Verdict::kDoesNotHold, "does not hold"},
                                   {Verdict::kUndecided, "undecided"},
-                                  {Verdict::kUnchecked, "cannot be checked here"}});
+                                  {Verdict::kUnchecked, "not testable here"}});
 constexpr std::string_view name_of(Verdict verdict) { return kVerdictNames.of(verdict); }
 
 /// A figure, difference or ratio, and the sides that it is made of.
@@ -43,7 +43,9 @@ struct Comparand {
 struct GroupVerdict {
   std::vector<std::string> labels;  ///< values of the labels of `each`
   Verdict verdict = Verdict::kUnchecked;
-  std::string reason;  ///< the figures, or why it cannot be checked
+  std::string reason;              ///< the figures, or why it cannot be checked
+  bool fitted = false;             ///< proves nothing, and is not counted
+  std::vector<std::string> cells;  ///< ids of the rows that the figures come from
   std::vector<Comparand>
       compared;  ///< one, of an order one for each pair; empty where it cannot be checked
 };
@@ -53,6 +55,7 @@ struct ClaimVerdict {
   std::vector<GroupVerdict> groups;
   Verdict verdict = Verdict::kUnchecked;
 
+  /// Of the groups that are not fitted.
   std::size_t count(Verdict verdict) const;
 };
 
@@ -67,8 +70,11 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
 /// A line for each claim; of several groups how many have which verdict, and the range of their
 /// figures.
 Table claims_table(const Config& config, const std::vector<ClaimVerdict>& verdicts);
-/// A line for each group of each claim.
-Table groups_table(const std::vector<ClaimVerdict>& verdicts);
+/// What a paper says, its verdict, how many groups hold / do not hold / are undecided, and the range
+/// of their figures.
+Table claims_summary(const std::vector<ClaimVerdict>& verdicts);
+/// A line for each group of each claim; `with_cells`: and the ids of the rows.
+Table groups_table(const std::vector<ClaimVerdict>& verdicts, bool with_cells = false);
 
 /// One object for each group of each claim.
 std::vector<Row> claims_rows(const std::vector<ClaimVerdict>& verdicts);

@@ -220,7 +220,7 @@ bool any_ok(const std::vector<Result>& rows) { return std::ranges::any_of(rows, 
 
 std::vector<Result> rows_in(const std::string& folder) {
   const std::string path = (fs::path(folder) / "rows.jsonl").string();
-  if (!fs::exists(path))
+  if (!fs::exists(path) && !fs::exists(path + std::string(kCompressedEnding)))
     throw volumes::InputError(fmt::format(
         "{}: expected the rows of a run, found no such file: 'run' writes it with --out {}", path,
         folder));

@@ -50,8 +50,15 @@ Key<ClaimDraft> claim_key(std::string name, M ClaimSpec::*member, const Shape<T>
 
 bool is_psnr(std::string_view metric) { return metric.ends_with("psnr_db"); }
 
+/// A claim that says why it cannot be tested has nothing to compare.
+void check_not_testable(const ClaimSpec& claim, const YamlValue& value) {
+  if (!claim.metric.empty() || !claim.sides.empty() || claim.value || claim.published)
+    value.reject("expected not_testable alone, found what would be compared beside it");
+}
+
 /// What single keys cannot tell: which of them go together.
 void check_keys(const ClaimSpec& claim, const YamlValue& value, MetricNames metrics) {
+  if (claim.metric.empty()) value.reject("expected the key metric, found none");
   if (claim.published && !find_metric_name(metrics, claim.metric)->published)
     value.reject(fmt::format(
         "expected a metric that publications state beside published, found '{}'", claim.metric));
@@ -117,8 +124,7 @@ std::vector<Key<ClaimDraft>> claim_keys(const std::string& config_path, MetricNa
                          "The paper's words, shortened.")),
       required(claim_key("source", &ClaimSpec::source, one_text("paper and section"), "",
                          "Paper, section, figure.")),
-      required(
-          claim_key("metric", &ClaimSpec::metric, number_metric(metrics), "", "What is compared.")),
+      claim_key("metric", &ClaimSpec::metric, number_metric(metrics), "", "What is compared."),
       key("left", &D::left, one_side(), "", "One line of a table in each group."),
       key("right", &D::right, one_side(), "", "What it is compared with; or"),
       claim_key("value", &ClaimSpec::value, any, "", "a number; or"),
@@ -150,6 +156,11 @@ std::vector<Key<ClaimDraft>> claim_keys(const std::string& config_path, MetricNa
       claim_key("holds_in", &ClaimSpec::quorum,
                 named(finder(kQuorumNames), {"all", "most", "some"}, "all, most or some"), "all",
                 "Of the groups that can be checked, where the paper speaks of such a share."),
+      claim_key("fitted", &ClaimSpec::fitted, conditions(), "",
+                "Groups whose left side matches prove nothing, because their volumes were made to "
+                "meet the published figure: they are marked as fitted and not counted."),
+      claim_key("not_testable", &ClaimSpec::not_testable, one_text("a reason"), "",
+                "In place of metric and sides: why this claim cannot be tested here."),
   };
 }
 
@@ -162,6 +173,10 @@ ClaimSpec read_claim(const YamlValue& value, const std::string& config_path, Met
   if (draft.right && !draft.left) value.reject("expected the key left beside right, found none");
   if (draft.left) claim.sides.push_back(*draft.left);
   if (draft.right) claim.sides.push_back(*draft.right);
+  if (!claim.not_testable.empty()) {
+    check_not_testable(claim, value);
+    return claim;
+  }
   check_keys(claim, value, metrics);
   claim.renders = is_about_images(claim, metrics);
   if (claim.ordered) claim.at_least = claim.compare == Comparison::kRatio ? 1 : 0;

@@ -1,6 +1,7 @@
 // What a configuration says that a paper claims of its cells, as it is written. A side matches one
 // line of a table in each group, or the lines of a curve; anything else is an error of the
-// configuration. docs/config.md lists the keys.
+// configuration. What cannot be tested is written down too, with its reason, so that no claim of a
+// paper is passed over. docs/config.md lists the keys.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +47,9 @@ struct ClaimSpec {
   std::vector<std::string> each;
   Conditions where;
   Quorum quorum = Quorum::kAll;
-  bool renders = false;  ///< about cells of the stage render, as a metric or a label tells
+  Conditions fitted;         ///< groups whose stand-ins were made to meet the published figure
+  std::string not_testable;  ///< why it cannot be tested with what is here; empty: it can
+  bool renders = false;      ///< about cells of the stage render, as a metric or a label tells
 
   /// "left - right, at least 2, at most 4, tolerance 0.05".
   std::string describe_bounds() const;

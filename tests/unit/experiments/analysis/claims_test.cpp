@@ -342,6 +342,7 @@ TEST_F(ClaimsTest, AreShownAsATableAndAsLines) {
   EXPECT_EQ(
       lines[1].dump(),
       R"({"claim":"c","says":"S","source":"P","claim_verdict":"holds","group":{"dataset":"b"},"verdict":"holds","reason":"1 / 4 = 0.25",)"
+      R"("fitted":false,"cells":["b|8x8x8|zfp|block_bits=64;mode=rate;tolerance_log2=0|1|encode","b|8x8x8|zfp|block_bits=64;mode=rate;tolerance_log2=0|1|decode","b|8x8x8|bc4||1|encode","b|8x8x8|bc4||1|decode"],)"
       R"("metric":"bits_per_voxel","compare":"ratio","at_least":0.25,"at_most":0.5,"tolerance":0.05,)"
       R"("compared":[{"sides":[1.0,4.0],"value":0.25,"interval":[0.25,0.25]}]})");
 }
@@ -407,6 +408,44 @@ TEST_F(ClaimsTest, MistakesHaveTheirPlace) {
                "compare: difference beside over");
   expect_error(curves + "metric: largest_error, compare: difference",
                "expected a metric in dB beside over");
+}
+
+/// A volume that was made to meet a published figure proves nothing by meeting it.
+TEST_F(ClaimsTest, FittedGroupsAreShownAndNotCounted) {
+  const auto bits = [](const Cell& cell, Row& row) {
+    row["size"]["bits_per_voxel"] = cell.dataset->name == "a" ? 1 : 9;
+  };
+  const std::string claim = "metric: bits_per_voxel, left: {codec: bc4}, each: [dataset], ";
+  EXPECT_EQ(judge(claim + "at_most: 5", bits).verdict, Verdict::kDoesNotHold);
+  const ClaimVerdict fitted = judge(claim + "at_most: 5, fitted: {dataset: b}", bits);
+  EXPECT_EQ(fitted.verdict, Verdict::kHolds);
+  EXPECT_EQ(fitted.count(Verdict::kDoesNotHold), 0u);
+  EXPECT_TRUE(fitted.groups[1].fitted);
+  EXPECT_EQ(fitted.groups[1].verdict, Verdict::kDoesNotHold);
+  const std::string text = render(groups_table({fitted}), TableFormat::kMarkdown);
+  EXPECT_THAT(text, HasSubstr("does not hold, fitted"));
+  EXPECT_EQ(judge(claim + "at_most: 5, fitted: {codec: bc4}", bits).verdict, Verdict::kUnchecked);
+}
+
+TEST_F(ClaimsTest, WhatCannotBeTestedSaysWhy) {
+  const ClaimVerdict verdict = judge("not_testable: no such data", [](const Cell&, Row&) {});
+  EXPECT_EQ(verdict.verdict, Verdict::kUnchecked);
+  EXPECT_EQ(verdict.groups.front().reason, "no such data");
+  EXPECT_THAT(render(claims_table(config_, verdicts_), TableFormat::kMarkdown),
+              HasSubstr("| not testable here | no such data |"));
+  EXPECT_THAT(error("not_testable: no such data, metric: rate"),
+              HasSubstr("expected not_testable alone"));
+  EXPECT_THAT(error("left: {codec: bc4}, at_most: 1"), HasSubstr("expected the key metric"));
+}
+
+TEST_F(ClaimsTest, GroupsNameTheRowsOfTheirFigures) {
+  const auto bits = [](const Cell& cell, Row& row) {
+    if (cell.stage->id == "encode") row["size"]["bits_per_voxel"] = 1;
+  };
+  const ClaimVerdict verdict =
+      judge("metric: bits_per_voxel, left: {codec: bc4}, where: {dataset: a}, at_most: 5", bits);
+  ASSERT_EQ(verdict.groups.front().cells.size(), 1u);
+  EXPECT_THAT(verdict.groups.front().cells.front(), testing::EndsWith("|encode"));
 }
 
 }  // namespace
