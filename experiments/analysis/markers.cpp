@@ -19,7 +19,6 @@ namespace cvr::experiments {
 namespace {
 
 constexpr std::string_view kBegin = "<!--cvrbench", kBeginEnd = "-->", kEnd = "<!--/cvrbench-->";
-constexpr std::uint64_t kMostDecimals = 9;
 constexpr std::uint64_t kRatioDecimals = 2;
 
 /// A marker that cannot be filled; its place is added where it is known.
@@ -63,10 +62,12 @@ class Filler {
   std::vector<Found> figures(const std::string& metric, const Conditions& where) const {
     const Metric& read = *find_metric(metric);
     const bool renders = find_metric_name(metrics_, metric)->of_images || names_images(where);
+    std::optional<PublishedTable> published;
+    if (const auto& place = spec_.lines.published)
+      published = load_published(place->file, place->table);
     std::vector<Found> all;
-    for (const TableLine& line :
-         collect_lines(Filter{where}, renders, evidence_.config, latest_)) {
-      const Reading reading = read.read(context_of(line, {}));
+    for (const TableLine& line : collect_lines(Filter{where}, renders, evidence_.config, latest_)) {
+      const Reading reading = read.read(context_of(line, published));
       if (reading.number) all.push_back({reading.text, *reading.number});
     }
     if (all.empty()) fail(fmt::format("expected a {} that it has, found none", metric));
@@ -166,30 +167,6 @@ class Filler {
   std::map<std::string, Result> latest_;
 };
 
-void check_marker(const MarkerSpec& spec, const YamlValue& value) {
-  const bool lines = !spec.lines.rows.empty();
-  int kinds = lines ? 1 : 0;
-  for (const std::string* one : {&spec.value, &spec.least, &spec.largest, &spec.range, &spec.sum,
-                                 &spec.cells, &spec.table, &spec.claim})
-    kinds += one->empty() ? 0 : 1;
-  kinds += spec.claims.empty() ? 0 : 1;
-  if (kinds != 1)
-    value.reject(fmt::format("expected one of the keys value, least, largest, range, sum, cells, "
-                             "table, rows, claim and claims, found {}",
-                             kinds == 0 ? "none" : "several"));
-  if (lines == (spec.lines.columns.empty() && !spec.lines.pivot))
-    value.reject("expected rows beside columns or pivot, found one without the other");
-}
-
-MarkerSpec read_marker(const std::string& body, const std::string& place, const std::string& path,
-                       MetricNames metrics) {
-  const YamlValue value = YamlValue::from_text(body, place);
-  MarkerSpec spec;
-  read_keys(value, marker_keys(path, metrics), spec);
-  check_marker(spec, value);
-  return spec;
-}
-
 /// Whether a place of a text lies in code. `text` is read from its beginning on.
 class Code {
  public:
@@ -222,43 +199,6 @@ class Code {
 
 }  // namespace
 
-std::vector<Key<MarkerSpec>> marker_keys(const std::string& document, MetricNames metrics) {
-  using M = MarkerSpec;
-  const auto metric = metric_name(metrics);
-  const auto own = [](auto TableSpec::*member) {
-    return [member](M& spec, auto value) { spec.lines.*member = std::move(value); };
-  };
-  return {
-      required(key("run", &M::run, one_text("a name"), "", "A folder of results/evidence.")),
-      key("value", &M::value, metric, "", "The figure of the one line that `where` keeps."),
-      key("over", &M::over, conditions(), "",
-          "Beside `value`: of which other line the figure is divided by the same figure."),
-      key("least", &M::least, metric, "", "The least figure of all lines that `where` keeps."),
-      key("largest", &M::largest, metric, "", "The largest one."),
-      key("range", &M::range, metric, "", "Both."),
-      key("sum", &M::sum, metric, "", "The sum of them."),
-      key("cells", &M::cells,
-          one_word({"ok", "failed", "timeout", "out-of-memory", "unsupported", "data-missing"},
-                   "a status"),
-          "", "How many cells have this status."),
-      key("table", &M::table, one_text("a name"), "", "A table of the configuration."),
-      key<M>("rows", list_of(line_label(), "labels of a line"), own(&TableSpec::rows), "",
-             "A table of the marker's own, with `columns` or `pivot` and perhaps `published` as "
-             "tables of configurations have them."),
-      key<M>("columns", list_of(metric, "metrics"), own(&TableSpec::columns), "", "Metrics."),
-      key<M>("pivot", map_of(pivot_keys(metrics), "a map"), own(&TableSpec::pivot), "",
-             "Spreads one metric over columns."),
-      key<M>("published", map_of(published_place_keys(document), "a map"),
-             own(&TableSpec::published), "", "Figures of a publication."),
-      key("claim", &M::claim, one_text("a name"), "", "The verdict on one claim."),
-      key("claims", &M::claims, list_of(one_text("a name"), "names of claims"), "",
-          "A table of claims; [all]: of all of the configuration."),
-      key("where", &M::where, conditions(), "", "Keeps cells whose labels match."),
-      key("decimals", &M::decimals, whole_number(0, kMostDecimals), "as in tables",
-          "Digits behind the point."),
-  };
-}
-
 std::string fill_markers(const std::string& path, const std::string& text,
                          const EvidenceSource& evidence, MetricNames metrics) {
   std::string filled;
@@ -276,8 +216,7 @@ std::string fill_markers(const std::string& path, const std::string& text,
     const std::size_t next = text.find(kBegin, body);
     if (end == std::string::npos || next < end)
       throw InputError(fmt::format("{}: expected {} behind it, found none", place, kEnd));
-    const MarkerSpec spec =
-        read_marker(text.substr(body, body_end - body), place, path, metrics);
+    const MarkerSpec spec = read_marker(text.substr(body, body_end - body), place, path, metrics);
     filled.append(text, done, body_end + kBeginEnd.size() - done);
     try {
       filled += Filler(spec, evidence(spec.run), metrics).fill();

@@ -11,7 +11,7 @@
 //   | codec | ...
 //   <!--/cvrbench-->
 //
-// What a marker holds is YAML of marker_keys(). Markers in code, fenced or in backticks, are left as
+// What a marker holds is YAML (config/marker_spec.hpp). Markers in code, fenced or in backticks, are left as
 // they stand.
 #pragma once
 
@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "experiments/config/config.hpp"
-#include "experiments/config/metric_names.hpp"
+#include "experiments/config/marker_spec.hpp"
 #include "experiments/results/rows.hpp"
 
 namespace cvr::experiments {
@@ -35,18 +35,6 @@ struct Evidence {
 
 /// The evidence of a name. Throws InputError where there is none.
 using EvidenceSource = std::function<const Evidence&(const std::string&)>;
-
-struct MarkerSpec {
-  std::string run;
-  std::string value, least, largest, range, sum;  ///< a metric
-  std::string cells;                              ///< a status
-  std::string table, claim;                       ///< a name
-  std::vector<std::string> claims;
-  Conditions where, over;
-  std::optional<std::uint64_t> decimals;
-  TableSpec lines;  ///< a table of the marker's own
-};
-std::vector<Key<MarkerSpec>> marker_keys(const std::string& document, MetricNames metrics);
 
 /// The text with what stands between its markers written anew. Throws InputError, "FILE:LINE: ..." of
 /// the marker, for one without an end, of what evidence does not have, or of several figures where

@@ -83,6 +83,19 @@ Reading entropy_gap(const LineContext& line) {
   });
 }
 
+/// What CSGV-R stores beside its bit vectors to count in them; other formats say nothing.
+Reading rank_overhead(const LineContext& line) {
+  return from_stage(line, kEncode, [](const Result& row) -> Reading {
+    double vectors = 0, rank = 0;
+    for (const auto& [name, bytes] : row.size->breakdown.value_or(Named<std::uint64_t>())) {
+      if (name == "operations" || name == "stop_bits") vectors += static_cast<double>(bytes);
+      if (name == "rank") rank += static_cast<double>(bytes);
+    }
+    if (rank == 0 || vectors == 0) return "";
+    return reading_of(100.0 * rank / vectors, 2);
+  });
+}
+
 /// Median seconds of `series`.
 Reading seconds(const LineContext& line, std::string_view stage,
                 std::optional<Repeated> Time::*series, const char* format) {
@@ -243,6 +256,9 @@ std::span<const Metric> voxel_metrics() {
        "what operations and stop bits take above the empirical entropy of the codec's own contexts "
        "and alphabets, percent",
        [](L l) { return entropy_gap(l); }},
+      {"rank_overhead", "rank %",
+       "bytes of the rank structure / bytes of the bit vectors that it counts in, in percent",
+       [](L l) { return rank_overhead(l); }},
       {"bits_per_voxel", "bits/voxel", "bits of the whole file per voxel",
        [](L l) { return from_any(l, of_size<&Size::bits_per_voxel>, 4); }},
       {"gpu_bits_per_voxel", "GPU bits/voxel",
@@ -304,6 +320,13 @@ std::span<const Metric> voxel_metrics() {
        }},
       {"published", "published %", "the rate that the publication states, in percent",
        [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }},
+      {"logged_rate", "logged %",
+       "the rate in the authors' own log, which the publication rounds, in percent",
+       [](L l) { return published_reading(l, &PublishedFigure::logged_rate, 5); }},
+      {"published_labels", "published labels", "distinct labels that the publication states",
+       [](L l) { return published_reading(l, &PublishedFigure::labels, 0); }},
+      {"published_original_gb", "published GB", "10^9 bytes of the original by the publication",
+       [](L l) { return published_reading(l, &PublishedFigure::original_gb, 3); }},
       {"ratio", "ours/published", "published_rate measured here / rate published",
        ratio_to_published},
       {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",

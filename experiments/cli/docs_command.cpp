@@ -113,8 +113,7 @@ std::string index_of(EvidenceFolder& evidence, const std::vector<std::string>& n
       "its rows\nby `scripts/make-docs`.\n\n| run | what | rows |\n|:--|:--|--:|\n";
   for (const std::string& name : names) {
     const Evidence& run = evidence.of(name);
-    text += fmt::format("| [{0}]({0}.md) | {1} | {2} |\n", name, run.config.title,
-                        run.rows.size());
+    text += fmt::format("| [{0}]({0}.md) | {1} | {2} |\n", name, run.config.title, run.rows.size());
   }
   return text;
 }
@@ -122,8 +121,8 @@ std::string index_of(EvidenceFolder& evidence, const std::vector<std::string>& n
 int docs(const DocsChoices& c) {
   const InterruptWatch watch;
   if (!fs::is_directory(c.evidence))
-    throw volumes::InputError(fmt::format(
-        "--evidence {}: expected a folder of runs, found none", volumes::printable(c.evidence)));
+    throw volumes::InputError(fmt::format("--evidence {}: expected a folder of runs, found none",
+                                          volumes::printable(c.evidence)));
   EvidenceFolder evidence(c.evidence);
   Documents documents(c.check);
   const auto source = [&](const std::string& name) -> const Evidence& { return evidence.of(name); };

@@ -3,6 +3,7 @@
 #include "experiments/config/block.hpp"
 #include "experiments/config/config.hpp"
 #include "experiments/config/dataset_keys.hpp"
+#include "experiments/config/marker_spec.hpp"
 #include "experiments/config/published.hpp"
 #include "experiments/config/scene_file.hpp"
 
@@ -52,6 +53,11 @@ std::vector<Section> sections_of(const Vocabulary& vocabulary) {
       {"A point of a transfer function", "", infos_of(transfer_keys())},
       {"A file of published figures", "Files of `results/published`.",
        infos_of(published_file_keys())},
+      {"A marker of a document",
+       "`<!--cvrbench {KEYS}-->` .. `<!--/cvrbench-->` ([evidence.md](evidence.md)). One of the "
+       "keys "
+       "from `value` to `claims` says what stands there.",
+       infos_of(marker_keys("", metrics))},
       {"A published table", "", infos_of(published_table_keys())},
       {"A published figure", "", infos_of(published_figure_keys())},
   };

@@ -12,7 +12,8 @@ const PublishedFigure* PublishedTable::find(const Cell& cell) const {
   const std::string& dataset =
       cell.dataset->stand_in_for.empty() ? cell.dataset->name : cell.dataset->stand_in_for;
   const auto agrees = [&](const PublishedFigure& figure) {
-    if (figure.dataset != dataset || figure.codec != cell.codec) return false;
+    if (figure.dataset != dataset || (!figure.codec.empty() && figure.codec != cell.codec))
+      return false;
     const auto same = [&](const std::string& wanted, std::string_view label) {
       return wanted.empty() || (cell.render && cell.render->label(label) == wanted);
     };
@@ -38,11 +39,16 @@ std::vector<Key<PublishedFigure>> published_figure_keys() {
       "a map of names and values", R"({"type": "object"})"};
   return {required(key("dataset", &F::dataset, one_text(), "",
                        "A data set, or the one that a generated volume stands in for.")),
-          required(key("codec", &F::codec, one_text(), "", "The id of a codec.")),
+          key("codec", &F::codec, one_text(), "any", "The id of a codec."),
           key("parameters", &F::parameters, parameters, "",
               "Parameters of the codec that the figure is about; all must agree."),
           key("rate", &F::rate, number, "", "Encoded size in percent of the original."),
           key("seconds", &F::seconds, number, "", "Seconds to encode."),
+          key("labels", &F::labels, number, "", "Distinct labels of the data set."),
+          key("original_gb", &F::original_gb, number, "", "Gigabytes of the original."),
+          key("logged_rate", &F::logged_rate, number, "",
+              "The same in the authors' own log, which the publication rounds."),
+          key("logged_bytes", &F::logged_bytes, number, "", "Encoded bytes that the log says."),
           key("gb_per_s", &F::gb_per_s, number, "", "Gigabytes per second of encoding."),
           key("frame_ms", &F::frame_ms, number, "", "Milliseconds per frame."),
           key("access_mode", &F::access_mode, one_text("an access mode"), "",

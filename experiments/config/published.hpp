@@ -12,10 +12,12 @@
 namespace cvr::experiments {
 
 struct PublishedFigure {
-  std::string dataset, codec;
+  std::string dataset, codec;  ///< codec empty: the figure is about the data set
   std::vector<std::pair<std::string, std::string>> parameters;
   std::string access_mode, shading;  ///< of images; empty: the figure is about none
   std::optional<double> rate, seconds, gb_per_s, frame_ms;
+  std::optional<double> labels, original_gb;        ///< of the data set
+  std::optional<double> logged_rate, logged_bytes;  ///< of the authors' own log
 };
 
 struct PublishedTable {

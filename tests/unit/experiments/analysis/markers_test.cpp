@@ -104,7 +104,8 @@ TEST_F(MarkersTest, TablesStandOnLinesOfTheirOwnWithoutTitleAndNotes) {
   EXPECT_THAT(sizes, StartsWith("\n| dataset | codec |"));
   EXPECT_EQ(std::ranges::count(sizes, '\n'), 5);
   EXPECT_EQ(sizes.back(), '\n');
-  EXPECT_EQ(figure("rows: [dataset, codec], columns: [bits_per_voxel], where: {dataset: b, codec: [raw, zstd]}"),
+  EXPECT_EQ(figure("rows: [dataset, codec], columns: [bits_per_voxel], where: {dataset: b, codec: "
+                   "[raw, zstd]}"),
             sizes);
   EXPECT_THAT(figure("rows: [dataset], pivot: {columns: [codec], metric: bits_per_voxel}, where: "
                      "{codec: [raw, zstd]}"),
