@@ -25,8 +25,10 @@ void add_list_command(CLI::App& app, const Environment& environment, int& exit_c
 void add_volume_commands(CLI::App& app, int& exit_code);      // generate, convert
 void add_codec_commands(CLI::App& app, int& exit_code);       // encode, decode, validate
 void add_inspection_commands(CLI::App& app, int& exit_code);  // inspect, at, error
-void add_docs_command(CLI::App& app, int& exit_code);         // docs
-void add_render_command(CLI::App& app, int& exit_code);       // render
+void add_pack_commands(CLI::App& app, const Environment& environment,
+                       int& exit_code);                  // pack, verify
+void add_docs_command(CLI::App& app, int& exit_code);    // docs
+void add_render_command(CLI::App& app, int& exit_code);  // render
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code);  // report
 
 /// The object of each codec in the order of the registry, as 'list codecs --json' prints them; a run

@@ -13,6 +13,9 @@ struct PythonProgram {
   std::vector<std::string> modules;  ///< beyond Python's own that it needs
 };
 
+/// What the report needs.
+inline const std::vector<std::string> kReportModules{"matplotlib", "jinja2", "PIL"};
+
 /// The path of this program for children, to which /proc/self/exe would be themselves.
 std::string path_for_children(const std::string& program);
 

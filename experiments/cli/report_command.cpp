@@ -45,7 +45,7 @@ int report(const ReportChoices& c, const Environment& environment) {
   if (!c.figures.empty()) arguments.insert(arguments.end(), {"--figures", c.figures});
   if (!c.title.empty()) arguments.insert(arguments.end(), {"--title", c.title});
   if (fs::is_directory(c.store, error)) arguments.insert(arguments.end(), {"--store", c.store});
-  return run_python({"report.py", {"matplotlib", "jinja2", "PIL"}}, arguments, watch);
+  return run_python({"report.py", kReportModules}, arguments, watch);
 }
 
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code) {

@@ -128,6 +128,38 @@ RunSummary measure_all(const std::vector<Config>& configs, const RunChoices& cho
   return all;
 }
 
+/// Leaves a file below a folder, by a name that stays there.
+void keep_file(const fs::path& folder, const fs::path& name, const fs::path& file) {
+  const fs::path inside = name.lexically_normal();
+  if (inside.is_absolute() || inside.begin()->string() == "..") return;
+  fs::create_directories((folder / inside).parent_path());
+  const volumes::Buffer bytes = read_file(file.string());
+  write_file((folder / inside).string(), {bytes.data(), bytes.size()});
+}
+
+/// Leaves what was asked for beside the rows, as a source tree has it: configurations, descriptions
+/// of data sets, scenes. So what a folder of results holds can be measured again elsewhere.
+void keep_configurations(const std::vector<Config>& configs, const RunChoices& choices,
+                         const std::string& out) {
+  const fs::path folder = fs::path(out) / "configs";
+  std::error_code error;
+  for (const Config& config : configs) {
+    const fs::path file(config.path);
+    if (fs::equivalent(fs::absolute(file).parent_path(), folder, error)) continue;
+    keep_file(folder, file.filename(), file);
+    for (const auto& entry : fs::directory_iterator(find_catalogue(choices.datasets, config.path)))
+      if (entry.path().extension() == ".yaml")
+        keep_file(folder / "datasets", entry.path().filename(), entry.path());
+    std::set<std::pair<std::string, std::string>> scenes;
+    for (const Cell& cell : config.cells)
+      if (cell.render) scenes.emplace(cell.render->scene, cell.render->scene_path);
+    for (const auto& [scene, path] : scenes) {
+      const bool by_path = fs::is_regular_file(file.parent_path() / scene, error);
+      keep_file(folder, by_path ? fs::path(scene) : fs::path("scenes") / (scene + ".yaml"), path);
+    }
+  }
+}
+
 /// Writes and prints the tables and claims of all configurations from the rows of the folder.
 void print_results(const std::vector<Config>& configs, const RunChoices& choices,
                    const std::string& out) {
@@ -141,6 +173,7 @@ void print_results(const std::vector<Config>& configs, const RunChoices& choices
     print_claims(config, rows, out, claim_names);
   }
   write_text(fs::path(out) / "codecs.json", json_text(describe_codecs()));
+  keep_configurations(configs, choices, out);
 }
 
 }  // namespace

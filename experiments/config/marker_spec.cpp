@@ -63,7 +63,8 @@ std::vector<Key<MarkerSpec>> marker_keys(const std::string& document, MetricName
   };
 }
 
-MarkerSpec read_marker(const std::string& body, const std::string& place, const std::string& document, MetricNames metrics) {
+MarkerSpec read_marker(const std::string& body, const std::string& place,
+                       const std::string& document, MetricNames metrics) {
   const YamlValue value = YamlValue::from_text(body, place);
   MarkerSpec spec;
   read_keys(value, marker_keys(document, metrics), spec);
