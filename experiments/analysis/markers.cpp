@@ -229,13 +229,15 @@ std::string fill_markers(const std::string& path, const std::string& text,
   return filled.append(text, done);
 }
 
-std::string evidence_page(const Evidence& evidence) {
+std::string evidence_page(const Evidence& evidence, const std::vector<std::string>& figures) {
   const Config& config = evidence.config;
   std::string text = evidence.readme;
   text += fmt::format(
       "\nRows: [results/evidence/{0}](../../results/evidence/{0}). This page is made from them by "
       "`scripts/make-docs`.\n",
       evidence.name);
+  if (!figures.empty()) text += "\n## Figures\n\n";
+  for (const std::string& figure : figures) text += fmt::format("![{0}]({0})\n", figure);
   for (const TableSpec& spec : config.tables) {
     const Table table = make_table(spec, config, evidence.rows);
     text += "\n#" + render(table, TableFormat::kMarkdown).substr(2);

@@ -42,8 +42,8 @@ using EvidenceSource = std::function<const Evidence&(const std::string&)>;
 std::string fill_markers(const std::string& path, const std::string& text,
                          const EvidenceSource& evidence, MetricNames metrics);
 
-/// The page of a run: what its folder says of it, all its tables, its claims and their groups with
-/// the ids of the rows.
-std::string evidence_page(const Evidence& evidence);
+/// The page of a run: what its folder says of it, its figures (paths from the page), all its tables,
+/// its claims and their groups with the ids of the rows.
+std::string evidence_page(const Evidence& evidence, const std::vector<std::string>& figures = {});
 
 }  // namespace cvr::experiments

@@ -106,6 +106,18 @@ class Documents {
   std::size_t differ_ = 0;
 };
 
+/// Paths, from the pages, of what lies in figures/NAME beside them.
+std::vector<std::string> figures_of(const std::string& pages, const std::string& name) {
+  std::vector<std::string> found;
+  std::error_code error;
+  const fs::path folder = fs::path("figures") / name;
+  for (const auto& entry : fs::directory_iterator(pages / folder, error))
+    if (entry.path().extension() == ".svg")
+      found.push_back((folder / entry.path().filename()).string());
+  std::ranges::sort(found);
+  return found;
+}
+
 /// The list of all pages.
 std::string index_of(EvidenceFolder& evidence, const std::vector<std::string>& names) {
   std::string text =
@@ -132,7 +144,7 @@ int docs(const DocsChoices& c) {
     const auto names = evidence.names();
     for (const std::string& name : names)
       documents.put((fs::path(c.pages) / (name + ".md")).string(),
-                    evidence_page(evidence.of(name)));
+                    evidence_page(evidence.of(name), figures_of(c.pages, name)));
     documents.put((fs::path(c.pages) / "README.md").string(), index_of(evidence, names));
   }
   return c.check && documents.differ() > 0 ? kExitCheckFailed : kExitOk;

@@ -38,8 +38,8 @@ int pack(const PackChoices& c, const Environment& environment) {
     inputs.push_back((fs::path(c.run) / name).string());
   volumes::refuse_to_replace({c.output}, inputs);
   volumes::check_output(c.output);
-  std::vector<std::string> arguments{"--run",     c.run, "-o", c.output,
-                                     "--program", path_for_children(environment.program)};
+  std::vector<std::string> arguments{"--run",  c.run,       "-o",
+                                     c.output, "--program", path_for_children(environment.program)};
   if (!c.title.empty()) arguments.insert(arguments.end(), {"--title", c.title});
   if (!c.licence.empty()) arguments.insert(arguments.end(), {"--licence", c.licence});
   for (const std::string& creator : c.creators)

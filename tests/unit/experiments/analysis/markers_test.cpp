@@ -157,6 +157,9 @@ TEST_F(MarkersTest, APageHoldsTablesClaimsAndTheIdsOfRows) {
   EXPECT_THAT(page, HasSubstr("\n## Claims: T\n"));
   EXPECT_THAT(page, HasSubstr("| small  | b     | does not hold     | 16"));
   EXPECT_THAT(page, HasSubstr("| id-b-zstd |"));
+  EXPECT_THAT(page, testing::Not(HasSubstr("## Figures")));
+  EXPECT_THAT(evidence_page(evidence_, {"figures/run/rates.svg"}),
+              HasSubstr("\n## Figures\n\n![figures/run/rates.svg](figures/run/rates.svg)\n"));
 }
 
 }  // namespace
