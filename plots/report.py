@@ -42,7 +42,7 @@ import tables
 from claims import FAILS, HOLDS, UNCHECKED, UNDECIDED, Claim, read_claims
 from figures import REGISTRY
 from figures.figure import Figure
-from rows import Results, Row, load
+from rows import Results, Row, Unreadable, load
 from tables import Cell, Table
 
 HERE = Path(__file__).resolve().parent
@@ -321,6 +321,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         write_whole(choices.output, page)
         print("\n".join([*answers, f"Report: {choices.output}"]), flush=True)
+    except Unreadable as error:
+        print(f"report.py: {error}", file=sys.stderr)
+        return EXIT_USAGE
     except OSError as error:
         print(f"report.py: {error}", file=sys.stderr)
         return EXIT_ENVIRONMENT
