@@ -40,10 +40,15 @@ class Table:
     notes: list[str] = field(default_factory=list)
     source: str = ""
 
-    def numeric(self, column: int) -> bool:
-        """Whether most of a column's cells that are not empty are numbers."""
-        filled = [line[column] for line in self.lines if line[column].text]
-        return bool(filled) and 2 * sum(cell.numeric for cell in filled) > len(filled)
+    def numeric_columns(self) -> list[bool]:
+        """Of each column whether most of its cells that are not empty are numbers."""
+        filled = [
+            [line[column] for line in self.lines if line[column].text]
+            for column in range(len(self.headings))
+        ]
+        return [
+            bool(cells) and 2 * sum(cell.numeric for cell in cells) > len(cells) for cells in filled
+        ]
 
 
 def texts(value: Any) -> list[str]:
@@ -104,6 +109,10 @@ def timed(found: Estimate | None) -> Cell:
 
 def number(value: float | None, digits: int = 4) -> Cell:
     return Cell(spell(value, digits), value) if value is not None else Cell("")
+
+
+def whole(value: float | None) -> Cell:
+    return Cell(f"{value:,.0f}", value) if value is not None else Cell("")
 
 
 def psnr(row: Row, path: str, exact: bool) -> Cell:
@@ -232,8 +241,8 @@ IMAGE_COLUMNS: tuple[tuple[str, Callable[[Row], Cell]], ...] = (
     ("path ms", lambda row: timed(e.path_ms(row))),
     ("first frame ms", lambda row: timed(e.first_frame_ms(row))),
     ("warm ms", lambda row: timed(e.warm_ms(row))),
-    ("converged after frames", plain("exact_after_frames")),
-    ("wrong pixels", plain("verification/label_mismatches")),
+    ("converged after frames", lambda row: whole(row.number("exact_after_frames"))),
+    ("wrong pixels", lambda row: whole(row.number("verification/label_mismatches"))),
     (
         "image PSNR dB",
         lambda row: psnr(row, "picture_error/psnr_db", isinstance(row.get("picture_error"), dict)),
