@@ -7,17 +7,36 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from rows import open_member
 
 SECONDS = 60
 
 
 @dataclass(frozen=True)
 class Codec:
+    """`entry`: all that the list says of it."""
+
     id: str
     family: str
+    entry: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    def text(self, name: str) -> str:
+        value = self.entry.get(name)
+        return value if isinstance(value, str) else ""
+
+    @property
+    def parameters(self) -> list[dict[str, str]]:
+        """Name, type, default, range and description of each, as texts."""
+        found = self.entry.get("parameters")
+        return [
+            {key: str(value) for key, value in one.items()}
+            for one in (found if isinstance(found, list) else [])
+            if isinstance(one, dict)
+        ]
 
 
 def codecs_in(text: str) -> list[Codec]:
@@ -31,12 +50,13 @@ def codecs_in(text: str) -> list[Codec]:
         if isinstance(entries, list)
         else []
     )
-    return [Codec(entry["id"], str(entry.get("family") or entry["id"])) for entry in found]
+    return [Codec(entry["id"], str(entry.get("family") or entry["id"]), entry) for entry in found]
 
 
 def read_codecs(folder: Path) -> list[Codec]:
-    path = folder / "codecs.json"
-    return codecs_in(path.read_text(encoding="utf-8", errors="replace")) if path.is_file() else []
+    """Of a results folder or pack."""
+    with open_member(folder, "codecs.json") as file:
+        return codecs_in(file.read().decode("utf-8", errors="replace")) if file else []
 
 
 def ask(program: str) -> list[Codec]:

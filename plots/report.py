@@ -41,8 +41,8 @@ import summary
 import tables
 from claims import FAILS, HOLDS, UNCHECKED, UNDECIDED, Claim, read_claims
 from figures import REGISTRY
-from figures.figure import Figure
-from rows import Results, Row, load
+from panels import draw_figure
+from rows import Results, Row, Unreadable, load
 from tables import Cell, Table
 
 HERE = Path(__file__).resolve().parent
@@ -62,49 +62,6 @@ def claim_groups(claims: Sequence[Claim]) -> Table:
         for group in claim.groups
     ]
     return Table("Groups of claims", ["claim", "group", "verdict", "figures"], lines, 2)
-
-
-def draw_figure(
-    figure: Figure, machines: list[tuple[str, str, list[Row]]], folder: Path | None
-) -> dict[str, Any]:
-    """The panels of a figure for each machine that has any, as SVG; with a folder also as files of
-    their own.
-    """
-    drawn = []
-    for number, (_, title, rows) in enumerate(machines, 1):
-        panels = []
-        stems: set[str] = set()
-        for panel in figure.draw(rows):
-            stem = f"{figure.name}-{panel.name}" + (
-                f"-machine{number}" if len(machines) > 1 else ""
-            )
-            while stem in stems:
-                stem += "-again"
-            stems.add(stem)
-            identity = f"figure-{stem}-m{number}"
-            svg = look.to_svg(
-                panel.drawing, identity, f"{figure.title}: {panel.title}", panel.description
-            )
-            if folder is not None:
-                look.write_files(panel.drawing, folder / stem)
-            panels.append(
-                {
-                    "id": identity,
-                    "svg": Markup(svg),
-                    "title": panel.title,
-                    "note": panel.note,
-                    "points": panel.points,
-                }
-            )
-        if panels:
-            drawn.append({"title": title, "panels": panels})
-    return {
-        "name": figure.name,
-        "title": figure.title,
-        "caption": figure.caption,
-        "needs": figure.needs,
-        "machines": drawn,
-    }
 
 
 def figure_sections(
@@ -321,6 +278,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         write_whole(choices.output, page)
         print("\n".join([*answers, f"Report: {choices.output}"]), flush=True)
+    except Unreadable as error:
+        print(f"report.py: {error}", file=sys.stderr)
+        return EXIT_USAGE
     except OSError as error:
         print(f"report.py: {error}", file=sys.stderr)
         return EXIT_ENVIRONMENT

@@ -1,7 +1,8 @@
 """Rows of results folders: one JSON object a line, the outcome of one cell
 (results/schema/row.schema.json).
 
-A line that is torn or is no object is counted and left out. The last row of a cell counts; a cell
+Results are a folder, or a pack: a zip with the rows at its top. rows.jsonl may be compressed as
+rows.jsonl.zst. A line that is torn or is no object is counted and left out. The last row of a cell counts; a cell
 is what was measured, the machine that measured it and the device that drew it, so that nothing of
 two machines is ever one row. Missing, null and infinite numbers read as None.
 """
@@ -10,13 +11,21 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import zipfile
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 OK = "ok"
+ROWS = "rows.jsonl"
+
+
+class Unreadable(Exception):
+    """Results that are damaged, or are none."""
 
 
 @dataclass(frozen=True)
@@ -111,11 +120,14 @@ class Source:
 
 @dataclass
 class Results:
-    """All rows that count, in the order of the folders and lines."""
+    """All rows that count, in the order of the folders and lines. `runs`: the last row of each cell
+    of each folder, so that two folders may have one cell.
+    """
 
     rows: list[Row]
     sources: list[Source]
     superseded: int = 0
+    runs: list[Row] = field(default_factory=list)
 
     @property
     def machines(self) -> list[str]:
@@ -131,23 +143,77 @@ def finite(value: Any) -> float | None:
     """A finite number as a float; None for anything else."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
-    return float(value) if math.isfinite(value) else None
+    try:
+        return float(value) if math.isfinite(value) else None
+    except OverflowError:  # an integer beyond them
+        return None
+
+
+@contextmanager
+def open_member(place: Path, name: str) -> Iterator[IO[bytes] | None]:
+    """A file at the top of a results folder or of a pack; None where it has none of that name.
+    Raises Unreadable for a damaged pack.
+    """
+    if place.is_dir():
+        if not (place / name).is_file():
+            yield None
+            return
+        with (place / name).open("rb") as file:
+            yield file
+        return
+    try:
+        with zipfile.ZipFile(place) as pack:
+            if name not in pack.namelist():
+                yield None
+                return
+            with pack.open(name) as file:
+                yield file
+    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
+        raise Unreadable(f"{place}: no pack that can be read: {error}") from error
+
+
+@contextmanager
+def open_rows(place: Path) -> Iterator[IO[bytes] | None]:
+    """The lines of rows.jsonl, or of rows.jsonl.zst by the program zstd, of a results folder or a
+    pack; None where it has neither. Raises Unreadable where they are damaged, OSError where there
+    is no zstd.
+    """
+    packed = place / (ROWS + ".zst")
+    if (place / ROWS).is_file() or not packed.is_file():
+        with open_member(place, ROWS) as lines:
+            yield lines
+        return
+    try:
+        process = subprocess.Popen(
+            ["zstd", "-dcq", "--", packed], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+    except FileNotFoundError as error:
+        raise OSError(
+            f"{packed}: expected the program zstd, found none: install the Debian package zstd"
+        ) from error
+    with process:
+        assert process.stdout is not None and process.stderr is not None
+        yield process.stdout
+        told = process.stderr.read().decode(errors="replace").strip()
+        if process.wait() != 0:
+            raise Unreadable(f"{packed}: {told or 'zstd cannot decompress it'}")
 
 
 def read_folder(folder: Path) -> tuple[list[Row], Source]:
-    """Rows of FOLDER/rows.jsonl, all of them, and what could not be read."""
+    """Rows of a results folder or pack, all of them, and what could not be read. Raises as
+    open_rows does.
+    """
     source = Source(folder)
-    path = folder / "rows.jsonl"
-    if not path.is_file():
-        source.note = "no rows.jsonl"
-        return [], source
     rows = []
-    with path.open(encoding="utf-8", errors="replace") as lines:
+    with open_rows(folder) as lines:
+        if lines is None:
+            source.note = f"no {ROWS}"
+            return [], source
         for number, line in enumerate(lines, 1):
             if not line.strip():
                 continue
             try:
-                data = json.loads(line)
+                data = json.loads(line.decode("utf-8", errors="replace"))
             except (ValueError, RecursionError):
                 data = None
             if isinstance(data, dict):
@@ -156,30 +222,27 @@ def read_folder(folder: Path) -> tuple[list[Row], Source]:
                 source.unreadable.append(number)
     source.rows = len(rows)
     if not rows:
-        source.note = "rows.jsonl holds no row"
+        source.note = f"{ROWS} holds no row"
     return rows, source
 
 
 def load(folders: Iterable[Path]) -> Results:
     """The last row of each cell of all folders; of two folders the later time counts, and of equal
-    times the later folder.
+    times the later folder. Raises as open_rows does.
     """
     latest: dict[tuple[str, str, str], Row] = {}
-    sources, read = [], 0
+    sources, runs, read = [], [], 0
     for folder in folders:
         rows, source = read_folder(folder)
         sources.append(source)
         read += len(rows)
-        for row in rows:
-            before = latest.get(row.identity)
-            newer = (
-                before is None
-                or before.folder == row.folder
-                or row.text("provenance/time") >= before.text("provenance/time")
-            )
-            if newer:
-                latest[row.identity] = row
-    return Results(list(latest.values()), sources, read - len(latest))
+        last = {row.identity: row for row in rows}
+        runs += last.values()
+        for identity, row in last.items():
+            before = latest.get(identity)
+            if before is None or row.text("provenance/time") >= before.text("provenance/time"):
+                latest[identity] = row
+    return Results(list(latest.values()), sources, read - len(latest), runs)
 
 
 def varying_parameters(rows: Iterable[Row]) -> dict[str, set[str]]:

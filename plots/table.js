@@ -1,8 +1,8 @@
 "use strict";
-// Tables with class "sortable": each heading becomes a button that sorts by its column; above each table a field filters lines.
+// Tables with class "sortable": each heading becomes a button that sorts by its column; above each
+// table a field filters lines, but where the table has data-unfiltered.
 for (const table of document.querySelectorAll("table.sortable")) {
   const body = table.tBodies[0];
-  const lines = Array.from(body.rows);
   const headings = Array.from(table.tHead.rows[0].cells);
   const key = (line, column) => {
     const cell = line.cells[column];
@@ -23,12 +23,12 @@ for (const table of document.querySelectorAll("table.sortable")) {
       const ascending = heading.getAttribute("aria-sort") !== "ascending";
       headings.forEach(one => one.removeAttribute("aria-sort"));
       heading.setAttribute("aria-sort", ascending ? "ascending" : "descending");
-      const sorted = lines.map((line, at) => ({line, at, value: key(line, column)}));
+      const sorted = Array.from(body.rows).map((line, at) => ({line, at, value: key(line, column)}));
       sorted.sort((a, b) => compare(a.value, b.value, ascending ? 1 : -1) || a.at - b.at);
       body.append(...sorted.map(one => one.line));
     });
   });
-  if (lines.length < 6) continue;
+  if (body.rows.length < 6 || "unfiltered" in table.dataset) continue;
   const label = document.createElement("label");
   label.className = "filter";
   const field = document.createElement("input");
@@ -38,6 +38,7 @@ for (const table of document.querySelectorAll("table.sortable")) {
   table.closest(".scroll").before(label);
   field.addEventListener("input", () => {
     const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const lines = Array.from(body.rows);
     let shown = 0;
     for (const line of lines) {
       const text = line.textContent.toLowerCase();

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,13 @@ from rows import Row, codec_label, finite, varying_parameters
 @dataclass
 class Cell:
     """`sort`: what it is ordered by, its number or its text; `detail` stands below the text in
-    small type.
+    small type; `href`: where its text leads.
     """
 
     text: str
     sort: float | None = None
     detail: str = ""
+    href: str = ""
 
     @property
     def numeric(self) -> bool:
@@ -38,10 +40,15 @@ class Table:
     notes: list[str] = field(default_factory=list)
     source: str = ""
 
-    def numeric(self, column: int) -> bool:
-        """Whether most of a column's cells that are not empty are numbers."""
-        filled = [line[column] for line in self.lines if line[column].text]
-        return bool(filled) and 2 * sum(cell.numeric for cell in filled) > len(filled)
+    def numeric_columns(self) -> list[bool]:
+        """Of each column whether most of its cells that are not empty are numbers."""
+        filled = [
+            [line[column] for line in self.lines if line[column].text]
+            for column in range(len(self.headings))
+        ]
+        return [
+            bool(cells) and 2 * sum(cell.numeric for cell in cells) > len(cells) for cells in filled
+        ]
 
 
 def texts(value: Any) -> list[str]:
@@ -104,6 +111,10 @@ def number(value: float | None, digits: int = 4) -> Cell:
     return Cell(spell(value, digits), value) if value is not None else Cell("")
 
 
+def whole(value: float | None) -> Cell:
+    return Cell(f"{value:,.0f}", value) if value is not None else Cell("")
+
+
 def psnr(row: Row, path: str, exact: bool) -> Cell:
     """Exact figures are above all others."""
     value = row.number(path)
@@ -112,71 +123,106 @@ def psnr(row: Row, path: str, exact: bool) -> Cell:
     return Cell("exact", 1e9) if exact else Cell("")
 
 
-def voxel_cells(rows: list[Row]) -> Table | None:
-    """A line for each volume, codec, parameters and threads; what encoding, decoding and random
-    access found of it.
-    """
-    joined: dict[tuple, dict[str, Row]] = {}
+Stages = dict[str, Row]  # what the stages found of one volume, codec, setting and thread count
+Link = Callable[[Row], str]
+
+
+def no_link(row: Row) -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class Column:
+    """`pick`: the row of which it is read."""
+
+    heading: str
+    pick: Callable[[Stages], Row | None]
+    read: Callable[[Row], Cell]
+
+    def cell(self, stages: Stages, link: Link) -> Cell:
+        row = self.pick(stages)
+        cell = self.read(row) if row is not None else Cell("")
+        if row is not None and cell.text:
+            cell.href = link(row)
+        return cell
+
+
+def stage(name: str) -> Callable[[Stages], Row | None]:
+    return lambda stages: stages.get(name)
+
+
+def sized(stages: Stages) -> Row:
+    """A row that states a size."""
+    rows = list(stages.values())
+    return next((row for row in rows if e.rate(row) is not None), rows[0])
+
+
+def most_wrong(stages: Stages) -> Row:
+    """The row with the most voxels that differ."""
+    return max(
+        stages.values(),
+        key=lambda row: (
+            row.number("verification/mismatches") or 0,
+            row.number("verification/voxels_compared") or 0,
+        ),
+    )
+
+
+def mismatches(row: Row) -> Cell:
+    wrong, of = row.number("verification/mismatches"), row.number("verification/voxels_compared")
+    return Cell(f"{wrong:,.0f}", wrong, f"of {of:,.0f}") if wrong is not None and of else Cell("")
+
+
+def plain(path: str, digits: int = 4) -> Callable[[Row], Cell]:
+    return lambda row: number(row.number(path), digits)
+
+
+VOXEL_COLUMNS = (
+    Column("file rate %", sized, lambda row: number(e.rate(row))),
+    Column("bits/voxel", sized, lambda row: number(e.bits_per_voxel(row))),
+    Column("encode Mvoxel/s", stage("encode"), lambda row: timed(e.speed(row))),
+    Column("decode Mvoxel/s", stage("decode"), lambda row: timed(e.speed(row))),
+    Column("access ns", stage("random-access"), lambda row: timed(e.access_ns(row))),
+    Column("voxels that differ", most_wrong, mismatches),
+    Column("PSNR dB", sized, lambda row: psnr(row, "error/psnr_db", e.is_exact(row))),
+    Column("largest error", sized, plain("error/largest_error")),
+)
+
+
+def joined_stages(rows: Iterable[Row]) -> list[Stages]:
+    """Of each volume, codec, parameters and threads the rows of the stages that know no images."""
+    joined: dict[tuple, Stages] = {}
     for row in rows:
         if row.ok and row.stage in ("encode", "decode", "random-access"):
             key = (row.volume, row.codec, tuple(sorted(row.parameters.items())), row.threads)
             joined.setdefault(key, {})[row.stage] = row
+    return list(joined.values())
+
+
+def voxel_cells(
+    rows: list[Row],
+    columns: Sequence[Column] = VOXEL_COLUMNS,
+    link: Link = no_link,
+    label: Callable[[Row], str] | None = None,
+) -> Table | None:
+    """A line for each volume, codec, parameters and threads; what encoding, decoding and random
+    access found of it.
+    """
+    joined = joined_stages(rows)
     if not joined:
         return None
-    varying = varying_parameters(row for stages in joined.values() for row in stages.values())
+    varying = varying_parameters(row for stages in joined for row in stages.values())
+    named = label or (lambda row: codec_label(row, varying))
     lines = []
-    for stages in joined.values():
+    for stages in joined:
         row = next(iter(stages.values()))
-        size = next((r for r in stages.values() if e.rate(r) is not None), row)
-        wrong = max(
-            (
-                r.number("verification/mismatches")
-                for r in stages.values()
-                if r.number("verification/mismatches") is not None
-            ),
-            default=None,
-        )
-        compared = max(
-            (r.number("verification/voxels_compared") or 0 for r in stages.values()), default=0
-        )
-        encode, decode, access = (
-            stages.get(stage) for stage in ("encode", "decode", "random-access")
-        )
         lines.append(
-            [
-                Cell(row.volume),
-                Cell(codec_label(row, varying)),
-                Cell(str(row.threads), row.threads),
-                number(e.rate(size)),
-                number(e.bits_per_voxel(size)),
-                timed(e.speed(encode) if encode else None),
-                timed(e.speed(decode) if decode else None),
-                timed(e.access_ns(access) if access else None),
-                Cell(
-                    "" if wrong is None or not compared else f"{wrong:,.0f}",
-                    wrong if compared else None,
-                    f"of {compared:,.0f}" if compared else "",
-                ),
-                psnr(size, "error/psnr_db", e.is_exact(size)),
-                number(size.number("error/largest_error")),
-            ]
+            [Cell(row.volume), Cell(named(row)), Cell(str(row.threads), row.threads)]
+            + [column.cell(stages, link) for column in columns]
         )
-    headings = [
-        "volume",
-        "codec",
-        "threads",
-        "file rate %",
-        "bits/voxel",
-        "encode Mvoxel/s",
-        "decode Mvoxel/s",
-        "access ns",
-        "voxels that differ",
-        "PSNR dB",
-        "largest error",
-    ]
     return Table(
         "Every volume and codec measured",
-        headings,
+        ["volume", "codec", "threads", *(column.heading for column in columns)],
         lines,
         2,
         [
@@ -186,52 +232,51 @@ def voxel_cells(rows: list[Row]) -> Table | None:
     )
 
 
-def image_cells(rows: list[Row]) -> Table | None:
+def jump_psnr(row: Row) -> Cell:
+    jump = row.objects("jump/frames")
+    return psnr(Row(jump[0], row.folder, row.line), "psnr_db", True) if jump else Cell("")
+
+
+IMAGE_COLUMNS: tuple[tuple[str, Callable[[Row], Cell]], ...] = (
+    ("path ms", lambda row: timed(e.path_ms(row))),
+    ("first frame ms", lambda row: timed(e.first_frame_ms(row))),
+    ("warm ms", lambda row: timed(e.warm_ms(row))),
+    ("converged after frames", lambda row: whole(row.number("exact_after_frames"))),
+    ("wrong pixels", lambda row: whole(row.number("verification/label_mismatches"))),
+    (
+        "image PSNR dB",
+        lambda row: psnr(row, "picture_error/psnr_db", isinstance(row.get("picture_error"), dict)),
+    ),
+    ("PSNR dB after a jump", jump_psnr),
+    ("device MiB", lambda row: number(e.gpu_mib(row))),
+)
+
+
+def image_cells(
+    rows: list[Row], link: Link = no_link, label: Callable[[Row], str] | None = None
+) -> Table | None:
     """A line for each cell of the stage render."""
     drawn = [row for row in rows if row.ok and row.stage == "render"]
     if not drawn:
         return None
     varying = varying_parameters(drawn)
+    named = label or (lambda row: codec_label(row, varying))
     lines = []
     for row in drawn:
-        jump = row.objects("jump/frames")
-        lines.append(
-            [
-                Cell(row.volume),
-                Cell(codec_label(row, varying)),
-                Cell(row.text("render/cache")),
-                Cell(row.text("render/scene")),
-                Cell(row.text("render/shading")),
-                Cell(settings_text(row)),
-                timed(e.path_ms(row)),
-                timed(e.first_frame_ms(row)),
-                timed(e.warm_ms(row)),
-                number(row.number("exact_after_frames")),
-                number(row.number("verification/label_mismatches")),
-                psnr(row, "picture_error/psnr_db", isinstance(row.get("picture_error"), dict)),
-                psnr(Row(jump[0], row.folder, row.line), "psnr_db", True) if jump else Cell(""),
-                number(e.gpu_mib(row)),
-            ]
-        )
-    headings = [
-        "volume",
-        "codec",
-        "access mode",
-        "scene",
-        "shading",
-        "settings",
-        "path ms",
-        "first frame ms",
-        "warm ms",
-        "converged after frames",
-        "wrong pixels",
-        "image PSNR dB",
-        "PSNR dB after a jump",
-        "device MiB",
-    ]
+        line = [
+            Cell(row.volume),
+            Cell(named(row)),
+            Cell(row.text("render/cache")),
+            Cell(row.text("render/scene")),
+            Cell(row.text("render/shading")),
+            Cell(settings_text(row)),
+        ]
+        columns = [Column(name, lambda stages: row, read) for name, read in IMAGE_COLUMNS]
+        lines.append(line + [column.cell({}, link) for column in columns])
     return Table(
         "Every image measured",
-        headings,
+        ["volume", "codec", "access mode", "scene", "shading", "settings"]
+        + [name for name, _ in IMAGE_COLUMNS],
         lines,
         3,
         [

@@ -69,6 +69,7 @@ int run_command(int argc, char** argv, const Environment& environment, std::erro
   add_render_command(app, exit_code);
   add_report_command(app, environment, exit_code);
   add_pack_commands(app, environment, exit_code);
+  add_leaderboard_command(app, environment, exit_code);
   add_docs_command(app, exit_code);
   try {
     app.parse(argc, argv);

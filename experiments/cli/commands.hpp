@@ -30,6 +30,8 @@ void add_pack_commands(CLI::App& app, const Environment& environment,
 void add_docs_command(CLI::App& app, int& exit_code);    // docs
 void add_render_command(CLI::App& app, int& exit_code);  // render
 void add_report_command(CLI::App& app, const Environment& environment, int& exit_code);  // report
+void add_leaderboard_command(CLI::App& app, const Environment& environment,
+                             int& exit_code);  // leaderboard
 
 /// The object of each codec in the order of the registry, as 'list codecs --json' prints them; a run
 /// leaves them in its folder as codecs.json.
