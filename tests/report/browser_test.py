@@ -1,4 +1,4 @@
-"""The page in a browser: no error and no request, all figures, sorting by keyboard, both colour
+"""The page of a run, and the site of many, in a browser: no error and no request, all figures, sorting by keyboard, both colour
 schemes, narrow screens, paper.
 
 Exit code 77 where there is no Chromium, which ctest shows as skipped.
@@ -10,6 +10,7 @@ import unittest
 from pathlib import Path
 
 import samples
+import leaderboard
 import report
 from browser import Browser, find_browser
 from figures import REGISTRY
@@ -149,6 +150,88 @@ class InBrowser(unittest.TestCase):
         )
         ask("dispatchEvent(new Event('beforeprint'))")
         self.assertEqual(ask("document.querySelectorAll('details:not([open])').length"), 0)
+
+
+class SiteInBrowser(unittest.TestCase):
+    """The leaderboard: its menus, questions and sorting; it asks for nothing but its own files."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        folder = Path(cls.folder.name)
+        samples.write_whole(folder / "one")
+        other = samples.label_rows("one", "fast", 8.0, 0.9, 33.0, machine="00000000000000bb")
+        samples.write(folder / "two", other)
+        cls.site = folder / "site"
+        assert (
+            leaderboard.main([str(folder / "one"), str(folder / "two"), "-o", str(cls.site)]) == 0
+        )
+        cls.browser = Browser(find_browser())
+        cls.addClassCleanup(cls.browser.close)
+
+    def open(self, page="index.html", **how):
+        self.browser.complaints.clear()
+        self.browser.requests.clear()
+        self.browser.open(self.site / page, **how)
+        return self.browser.evaluate
+
+    def leaders(self, ask):
+        """The codecs of the first board, in the order that is shown."""
+        return ask(
+            "Array.from(document.querySelector('.leaders').tBodies[0].rows)"
+            ".map(r => r.cells[0].querySelector('a').textContent)"
+        )
+
+    def choose(self, ask, control, value):
+        ask(
+            f"(() => {{ const c = document.querySelector('{control}'); c.value = '{value}'; "
+            "c.dispatchEvent(new Event('change')); })()"
+        )
+
+    def test_no_page_complains_or_asks_for_what_is_not_its_own(self):
+        for path in sorted(self.site.rglob("*.html")):
+            for scheme in ("light", "dark"):
+                self.open(path.relative_to(self.site).as_posix(), scheme=scheme)
+                self.assertEqual(self.browser.complaints, [], path)
+                own = self.site.resolve().as_uri()
+                asked = [url for url in self.browser.requests if not url.startswith("data:")]
+                self.assertEqual([url for url in asked if not url.startswith(own)], [], path)
+
+    def test_a_question_orders_the_codecs(self):
+        ask = self.open()
+        self.assertEqual(self.leaders(ask)[0], "small")
+        ask("document.querySelectorAll('.answer')[1].click()")
+        self.assertNotEqual(self.leaders(ask)[0], "small")
+        self.assertEqual(
+            ask("document.querySelectorAll('.answer')[1].getAttribute('aria-pressed')"), "true"
+        )
+        self.assertEqual(self.browser.complaints, [])
+
+    def test_the_menus_choose_access_settings_and_machine(self):
+        ask = self.open()
+        everything = self.leaders(ask)
+        self.assertIn("slow", everything)
+        ask("document.querySelector('.all').click()")
+        self.assertEqual(self.leaders(ask).count("slow"), 2)
+        ask = self.open()
+        self.choose(ask, "#machine", 1)
+        self.assertEqual(self.browser.complaints, [])
+        other = ask("document.querySelector('.leaders').textContent")
+        self.choose(ask, "#machine", 0)
+        self.assertNotEqual(other, ask("document.querySelector('.leaders').textContent"))
+        self.choose(ask, "#kind", "scalars")
+        self.assertEqual(ask("document.querySelectorAll('section.board[hidden]').length"), 1)
+        self.assertEqual(self.browser.complaints, [])
+
+    def test_nothing_is_wider_than_the_screen(self):
+        for page in (
+            "index.html",
+            *(f"dataset/{p.name}" for p in (self.site / "dataset").iterdir()),
+        ):
+            for width in (320, 1280):
+                ask = self.open(page, width=width)
+                self.assertLessEqual(ask("document.documentElement.scrollWidth"), width, page)
 
 
 if __name__ == "__main__":
