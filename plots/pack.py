@@ -256,10 +256,8 @@ def make(choices: argparse.Namespace) -> int:
     if "report.html" not in files and (page := make_report(run)) is not None:
         files["report.html"] = page
     configs = [name for name in sorted(files) if re.fullmatch(r"configs/[^/]+\.yaml", name)]
-    for place in (HERE.parent, HERE.parent / "doc"):
-        if (place / "CITATION.cff").is_file():
-            files["CITATION.cff"] = (place / "CITATION.cff").read_bytes()
-            break
+    if (HERE.parent / "CITATION.cff").is_file():
+        files["CITATION.cff"] = (HERE.parent / "CITATION.cff").read_bytes()
     files["README.md"] = readme_of(choices, rows, configs)
     files[crate.METADATA] = metadata_of(files, rows, choices, configs)
     last = max(row.text("provenance/time") for row in rows)

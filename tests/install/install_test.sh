@@ -72,3 +72,6 @@ cvrbench=$root/bin/cvrbench
 "$cvrbench" report --results o -o page.html --store none >report 2>&1 ||
   { cat report; fail "expected a report"; }
 grep -q "of the moved" page.html || fail "expected the page of the installed report"
+"$cvrbench" pack o -o o.zip >pack 2>&1 || { cat pack; fail "expected a pack"; }
+"$cvrbench" verify o.zip --cells 1 >verify 2>&1 || { cat verify; fail "expected the pack to verify"; }
+"$cvrbench" leaderboard o o.zip -o site >site.log 2>&1 || { cat site.log; fail "expected a site"; }
