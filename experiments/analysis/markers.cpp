@@ -244,7 +244,7 @@ std::string evidence_page(const Evidence& evidence, const std::vector<std::strin
   }
   if (config.claims.empty()) return text;
   const auto verdicts = judge_claims(config, evidence.rows);
-  for (Table table : {claims_table(config, verdicts), groups_table(verdicts, true)})
+  for (const Table& table : {claims_table(config, verdicts), groups_table(verdicts, true)})
     text += "\n#" + render(table, TableFormat::kMarkdown).substr(2);
   return text;
 }
