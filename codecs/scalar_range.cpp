@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "volumes/parallel.hpp"
+#include "volumes/slabs.hpp"
 
 namespace cvr::codecs {
 
@@ -46,18 +47,14 @@ PlaneFacts scan(const T* voxels, std::uint64_t count) {
 Expected<ScalarRange> finite_range(const VolumeSource& source, unsigned threads) {
   const VolumeInfo& info = source.info();
   const std::uint64_t plane = info.extent.x * info.extent.y;
-  const std::uint64_t depth = std::max<std::uint64_t>(1, kSlabBytes / (plane * size_of(info.type)));
-  volumes::SlabReader reader(source);
   ScalarRange range;
   std::uint64_t finite = 0, others = 0;
   Coordinate first_other;
-  for (std::uint64_t z0 = 0; z0 < info.extent.z; z0 += depth) {
-    const std::uint64_t z1 = std::min(z0 + depth, info.extent.z);
-    const std::byte* voxels = reader.read(z0, z1);
-    std::vector<PlaneFacts> planes(z1 - z0);
+  const auto look = [&](std::uint64_t z0, std::span<const std::byte> voxels) {
+    std::vector<PlaneFacts> planes(voxels.size() / volumes::plane_bytes(info));
     volumes::with_voxel_type(info.type, [&]<class T>() {
-      volumes::parallel_for(threads, z1 - z0, [&](unsigned, std::uint64_t z) {
-        planes[z] = scan(reinterpret_cast<const T*>(voxels) + z * plane, plane);
+      volumes::parallel_for(threads, planes.size(), [&](unsigned, std::uint64_t z) {
+        planes[z] = scan(volumes::values_of<T>(voxels).data() + z * plane, plane);
       });
     });
     for (std::uint64_t z = 0; z < planes.size(); ++z) {
@@ -71,7 +68,8 @@ Expected<ScalarRange> finite_range(const VolumeSource& source, unsigned threads)
       range.maximum = finite == 0 ? facts.maximum : std::max(range.maximum, facts.maximum);
       finite += facts.finite;
     }
-  }
+  };
+  volumes::for_each_slab(source, volumes::planes_within(kSlabBytes, info), look);
   if (others > 0) {
     return fail(
         ErrorCode::kUnsupported,

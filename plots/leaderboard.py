@@ -17,17 +17,6 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
-try:
-    import jinja2  # noqa: F401
-    import matplotlib.pyplot  # noqa: F401
-except ImportError as error:
-    print(
-        f"leaderboard.py: cannot import {error.name}: install the Debian packages "
-        "python3-matplotlib and python3-jinja2",
-        file=sys.stderr,
-    )
-    sys.exit(3)
-
 import codec_list
 import look
 from pages.build import build

@@ -21,14 +21,14 @@ matplotlib.use("Agg")
 
 from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure as Drawing  # noqa: E402
-from matplotlib.ticker import (
+from matplotlib.ticker import (  # noqa: E402
     FixedFormatter,
     FixedLocator,
     FuncFormatter,
     LogLocator,
     MaxNLocator,
     NullLocator,
-)  # noqa: E402
+)
 
 from codec_list import Codec  # noqa: E402
 from estimates import Estimate, spell  # noqa: E402

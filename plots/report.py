@@ -19,22 +19,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-try:
-    import jinja2
-    import matplotlib.pyplot  # noqa: F401
-    from markupsafe import Markup
-    from PIL import Image  # noqa: F401
-except ImportError as error:
-    print(
-        f"report.py: cannot import {error.name}: install the Debian packages python3-matplotlib and python3-jinja2",
-        file=sys.stderr,
-    )
-    sys.exit(3)
+import jinja2
+from markupsafe import Markup
 
 import codec_list
 import history
-import look
 import images
+import look
 import provenance
 import remarks
 import summary

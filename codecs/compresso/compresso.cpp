@@ -104,7 +104,9 @@ class CompressoLzmaCodec final : public Codec {
     auto inner = compresso_codec().encode(source, parameters, threads);
     if (!inner) return inner;
     Payload payload{};
-    general::XzEncoder(kXzPreset).feed(inner->bytes.bytes(), true, payload.bytes);
+    general::XzEncoder(kXzPreset).feed(
+        inner->bytes.bytes(), true,
+        [&](std::span<const std::byte> piece) { payload.bytes.append(piece); });
     payload.breakdown[ByteClass::kData] = payload.published_bytes = payload.bytes.size();
     return payload;
   }

@@ -126,14 +126,7 @@ std::vector<std::uint32_t> BrickEncoder::stored_labels() {
     for (std::uint32_t i = 0; i < remapped; ++i) stored.push_back(i);
     return stored;
   }
-  const Extent& e = layout_.extent;
-  DistinctLabels distinct(threads_);
-  for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
-    const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
-    const std::uint64_t bytes = e.x * e.y * depth * size_of(source_.info().type);
-    distinct.add(source_.info().type, {reader_.read(z, z + depth), bytes});
-  }
-  const std::vector<std::uint64_t> labels = distinct.take();
+  const std::vector<std::uint64_t> labels = distinct_labels(source_, threads_);
   stored.assign(labels.begin(), labels.end());
   return stored;
 }

@@ -8,24 +8,13 @@
 
 #include "codecs/label_codes.hpp"
 #include "volumes/error.hpp"
+#include "volumes/slabs.hpp"
 
 namespace cvr::codecs::csgv {
 
 namespace {
 
 constexpr std::size_t kBatch = 256;  ///< voxels
-
-/// Calls body(voxels) for slabs in their order until it answers false.
-template <class Body>
-void for_each_slab(const volumes::VolumeSource& source, Body&& body) {
-  volumes::SlabReader reader(source);
-  const volumes::Extent& e = source.info().extent;
-  for (std::uint64_t z = 0; z < e.z; z += kSlabDepth) {
-    const std::uint64_t depth = std::min(kSlabDepth, e.z - z);
-    const auto* voxels = reinterpret_cast<const std::uint64_t*>(reader.read(z, z + depth));
-    if (!body(std::span(voxels, e.x * e.y * depth))) return;
-  }
-}
 
 /// Whether a label needs more than 32 bits.
 bool any_is_wide(std::span<const std::uint64_t> voxels) {
@@ -41,20 +30,23 @@ bool any_is_wide(std::span<const std::uint64_t> voxels) {
 
 }  // namespace
 
+std::vector<std::uint64_t> distinct_labels(const volumes::VolumeSource& source, unsigned threads) {
+  DistinctLabels distinct(threads);
+  volumes::for_each_slab(source, kSlabDepth, [&](std::uint64_t, std::span<const std::byte> slab) {
+    distinct.add(source.info().type, slab);
+  });
+  return distinct.take();
+}
+
 LabelRemap::LabelRemap(const volumes::VolumeSource& source, unsigned threads) {
   if (source.info().type != volumes::VoxelType::kU64) return;
   bool wide = false;
-  for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
-    wide = any_is_wide(voxels);
+  volumes::for_each_slab(source, kSlabDepth, [&](std::uint64_t, std::span<const std::byte> slab) {
+    wide = any_is_wide(volumes::values_of<std::uint64_t>(slab));
     return !wide;
   });
   if (!wide) return;
-  DistinctLabels distinct(threads);
-  for_each_slab(source, [&](std::span<const std::uint64_t> voxels) {
-    distinct.add(volumes::VoxelType::kU64, std::as_bytes(voxels));
-    return true;
-  });
-  labels_ = distinct.take();
+  labels_ = distinct_labels(source, threads);
   fill_buckets();
 }
 

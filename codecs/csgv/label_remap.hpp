@@ -15,6 +15,9 @@ namespace cvr::codecs::csgv {
 /// Slabs that whole passes over a volume read, in voxels along z.
 inline constexpr std::uint64_t kSlabDepth = 64;
 
+/// All labels of a volume, ascending.
+std::vector<std::uint64_t> distinct_labels(const volumes::VolumeSource& source, unsigned threads);
+
 class LabelRemap {
  public:
   /// Reads the whole volume once, and a second time if a label needs more than 32 bits.

@@ -54,9 +54,10 @@ class LzmaCodec final : public Codec {
                            unsigned) const override {
     general::XzEncoder encoder(static_cast<std::uint32_t>(parameters.integer("level")));
     Payload payload{};
-    auto fed = general::for_each_slab(
+    const auto append = [&](std::span<const std::byte> piece) { payload.bytes.append(piece); };
+    auto fed = general::feed_slabs(
         source, [&](std::span<const std::byte> slab, bool last) -> Expected<void> {
-          encoder.feed(slab, last, payload.bytes);
+          encoder.feed(slab, last, append);
           return {};
         });
     if (!fed) return tl::unexpected(fed.error());

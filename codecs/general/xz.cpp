@@ -28,7 +28,7 @@ XzEncoder::XzEncoder(std::uint32_t preset) : piece_(kPieceBytes) {
   if (lzma_easy_encoder(&stream_, preset, LZMA_CHECK_CRC64) != LZMA_OK) throw std::bad_alloc();
 }
 
-void XzEncoder::feed(std::span<const std::byte> in, bool last, volumes::Buffer& out) {
+void XzEncoder::feed(std::span<const std::byte> in, bool last, const Sink& out) {
   stream_.next_in = bytes_of(in);
   stream_.avail_in = in.size();
   for (bool done = false; !done;) {
@@ -36,7 +36,7 @@ void XzEncoder::feed(std::span<const std::byte> in, bool last, volumes::Buffer& 
     stream_.avail_out = piece_.size();
     const lzma_ret result = lzma_code(&stream_, last ? LZMA_FINISH : LZMA_RUN);
     if (result != LZMA_OK && result != LZMA_STREAM_END) throw std::bad_alloc();
-    out.append(piece_.data(), piece_.size() - stream_.avail_out);
+    out(piece_.bytes().first(piece_.size() - stream_.avail_out));
     done = last ? result == LZMA_STREAM_END : stream_.avail_in == 0;
   }
 }

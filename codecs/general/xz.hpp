@@ -8,6 +8,7 @@
 #include <lzma.h>
 
 #include <cstdint>
+#include <functional>
 #include <span>
 
 #include "volumes/buffer.hpp"
@@ -25,9 +26,10 @@ class XzEncoder {
   ~XzEncoder() { lzma_end(&stream_); }
   XzEncoder(const XzEncoder&) = delete;
   XzEncoder& operator=(const XzEncoder&) = delete;
-  /// Appends what comes out to `out`. The call with `last` finishes the stream. Throws
+  using Sink = std::function<void(std::span<const std::byte>)>;
+  /// Hands what comes out to `out` in pieces. The call with `last` finishes the stream. Throws
   /// std::bad_alloc.
-  void feed(std::span<const std::byte> in, bool last, volumes::Buffer& out);
+  void feed(std::span<const std::byte> in, bool last, const Sink& out);
 
  private:
   lzma_stream stream_ = LZMA_STREAM_INIT;

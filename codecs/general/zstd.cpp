@@ -112,7 +112,7 @@ class ZstdCodec final : public Codec {
     ZSTD_CCtx_setPledgedSrcSize(context.get(), source.info().bytes());
     Payload payload{};
     Buffer piece(ZSTD_CStreamOutSize());
-    auto fed = general::for_each_slab(
+    auto fed = general::feed_slabs(
         source, [&](std::span<const std::byte> slab, bool last) -> Expected<void> {
           ZSTD_inBuffer in{slab.data(), slab.size(), 0};
           for (bool done = false; !done;) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "volumes/slabs.hpp"
+
 namespace cvr::codecs::tvq {
 
 namespace {
@@ -28,24 +30,13 @@ decltype(auto) with_scalar_type(VoxelType type, F&& f) {
   }
 }
 
-/// Calls body(first voxel's index, voxels) for every slab.
-template <class T, class F>
-void for_each_slab(const VolumeSource& source, F&& body) {
-  const Extent& e = source.info().extent;
-  volumes::SlabReader reader(source);
-  for (std::uint64_t z = 0; z < e.z; z += kSlab) {
-    const std::uint64_t end = std::min(e.z, z + kSlab);
-    body(z * e.x * e.y,
-         std::span(reinterpret_cast<const T*>(reader.read(z, end)), (end - z) * e.x * e.y));
-  }
-}
-
 template <class T>
 Expected<Survey> survey_integers(const VolumeSource& source, ZeroValue zero) {
   std::vector<std::uint64_t> histogram(std::size_t{1} << (8 * sizeof(T)), 0);
   constexpr int kFirst = std::numeric_limits<T>::min();
-  for_each_slab<T>(source, [&](std::uint64_t, std::span<const T> voxels) {
-    for (const T v : voxels) ++histogram[static_cast<std::size_t>(v - kFirst)];
+  volumes::for_each_slab(source, kSlab, [&](std::uint64_t, std::span<const std::byte> voxels) {
+    for (const T v : volumes::values_of<T>(voxels))
+      ++histogram[static_cast<std::size_t>(v - kFirst)];
   });
   Survey result;
   Domain& domain = result.domain;
@@ -73,7 +64,10 @@ Expected<Survey> survey_floats(const VolumeSource& source, ZeroValue zero, bool 
   Survey result;
   float low = std::numeric_limits<float>::infinity(), high = -low;
   std::uint64_t strange = 0, first = 0;
-  for_each_slab<float>(source, [&](std::uint64_t begin, std::span<const float> voxels) {
+  const std::uint64_t plane = source.info().extent.x * source.info().extent.y;
+  volumes::for_each_slab(source, kSlab, [&](std::uint64_t z0, std::span<const std::byte> slab) {
+    const auto voxels = volumes::values_of<float>(slab);
+    const std::uint64_t begin = z0 * plane;
     for (std::size_t i = 0; i < voxels.size(); ++i) {
       const float v = voxels[i];
       if (std::isfinite(v)) {

@@ -75,21 +75,12 @@ double choose_tau(const Domain& domain, std::span<const float> coefficients, con
   return best;
 }
 
-void flip_every_second(Basis& basis) {
-  std::vector<std::int16_t> stored(basis.stored().begin(), basis.stored().end());
-  const std::size_t row = basis.kind() == TransformKind::kKltFull ? kBlockVoxels : 4;
-  for (std::size_t i = 0; i < stored.size(); ++i) {
-    if (i / row % 2 == 1) stored[i] = static_cast<std::int16_t>(-stored[i]);
-  }
-  basis = Basis(basis.kind(), stored);
-}
-
 Trained train_tvq(const Domain& domain, Blocks& sample, double blocks, double budget,
                   const Options& options, unsigned threads) {
   Trained result;
   Basis& basis = result.set.basis;
-  basis = Basis::fit(options.transform, sample.samples, threads);
-  if (options.flip_signs) flip_every_second(basis);
+  basis = options.basis != nullptr ? *options.basis
+                                   : Basis::fit(options.transform, sample.samples, threads);
   basis.forward(sample.samples, threads);
   sample.transformed = true;
   const std::span<const float> coefficients(sample.samples);

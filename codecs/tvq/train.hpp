@@ -27,8 +27,7 @@ struct Options {
   std::uint64_t seed = 1;
   bool random_codes =
       false;  ///< nothing is trained: random codes into random books of `bits`, to time decoders
-  bool flip_signs =
-      false;  ///< turns every second basis vector around, which must not change a voxel
+  const Basis* basis = nullptr;  ///< taken instead of one fitted to the blocks
 };
 
 /// Blocks whose vectors are not zero, for training: at most `most`, evenly spaced.

@@ -1,10 +1,8 @@
 #include "experiments/stages/encoded_volume.hpp"
 
 #include <fmt/format.h>
-#include <lzma.h>
 #include <unistd.h>
 #include <xxhash.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,54 +11,30 @@
 #include <fstream>
 #include <thread>
 
+#include "codecs/general/xz.hpp"
 #include "codecs/registry.hpp"
 #include "experiments/results/error_row.hpp"
+#include "volumes/io/gzip.hpp"
 
 namespace cvr::experiments {
 
 namespace {
 
-constexpr std::size_t kBlock = 1 << 16;
+constexpr int kPreset = 6;  // of both, their programs' own
 
 std::uint64_t gzip_size(std::span<const std::byte> bytes) {
-  z_stream stream{};
-  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-    throw std::bad_alloc();
-  std::vector<Bytef> out(kBlock);
   std::uint64_t size = 0;
-  std::size_t at = 0;
-  for (int state = Z_OK; state != Z_STREAM_END;) {
-    const std::size_t part = std::min<std::size_t>(bytes.size() - at, std::size_t{1} << 30);
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data() + at));
-    stream.avail_in = static_cast<uInt>(part);
-    stream.next_out = out.data();
-    stream.avail_out = static_cast<uInt>(out.size());
-    state = deflate(&stream, at + part == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
-    at += part - stream.avail_in;
-    size += out.size() - stream.avail_out;
-  }
-  deflateEnd(&stream);
+  volumes::GzipWriter gzip([&](std::span<const std::byte> piece) { size += piece.size(); },
+                           kPreset);
+  gzip.write(bytes);
+  gzip.finish();
   return size;
 }
 
 std::uint64_t xz_size(std::span<const std::byte> bytes) {
-  lzma_stream stream = LZMA_STREAM_INIT;
-  if (lzma_easy_encoder(&stream, 6, LZMA_CHECK_CRC64) != LZMA_OK) throw std::bad_alloc();
-  std::vector<std::uint8_t> out(kBlock);
-  stream.next_in = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  stream.avail_in = bytes.size();
   std::uint64_t size = 0;
-  for (lzma_ret state = LZMA_OK; state == LZMA_OK;) {
-    stream.next_out = out.data();
-    stream.avail_out = out.size();
-    state = lzma_code(&stream, LZMA_FINISH);
-    if (state != LZMA_OK && state != LZMA_STREAM_END) {
-      lzma_end(&stream);
-      throw std::bad_alloc();
-    }
-    size += out.size() - stream.avail_out;
-  }
-  lzma_end(&stream);
+  codecs::general::XzEncoder(kPreset).feed(
+      bytes, true, [&](std::span<const std::byte> piece) { size += piece.size(); });
   return size;
 }
 

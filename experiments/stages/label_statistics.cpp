@@ -15,6 +15,7 @@
 #include "experiments/stages/encoded_volume.hpp"
 #include "experiments/stages/stage_kind.hpp"
 #include "volumes/parallel.hpp"
+#include "volumes/slabs.hpp"
 
 namespace cvr::experiments {
 
@@ -153,12 +154,12 @@ class LabelStatisticsRun final : public StageRun {
   /// A plain count of the original.
   void require_equal(const std::vector<LabelStatistics>& found) const {
     const volumes::Extent& e = truth_.info().extent;
-    volumes::SlabReader reader(truth_);
     LabelCounter counter;
-    for (std::uint64_t z = 0; z < e.z; z += kSlabPlanes) {
-      const std::uint64_t end = std::min(e.z, z + kSlabPlanes);
-      counter.add_voxels({{0, 0, z}, {e.x, e.y, end - z}}, reader.read(z, end), truth_.info().type);
-    }
+    volumes::for_each_slab(
+        truth_, kSlabPlanes, [&](std::uint64_t z, std::span<const std::byte> voxels) {
+          const std::uint64_t planes = voxels.size() / volumes::plane_bytes(truth_.info());
+          counter.add_voxels({{0, 0, z}, {e.x, e.y, planes}}, voxels.data(), truth_.info().type);
+        });
     const auto expected = counter.result();
     if (found.size() != expected.size())
       throw StageFailure(kFailed, fmt::format("expected {} labels, the encoded volume has {}",

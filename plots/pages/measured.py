@@ -14,7 +14,6 @@ from typing import Any
 
 import estimates as e
 from codec_list import Codec
-
 from figures.figure import groups
 from pages.addresses import safe_name, safe_names
 from rows import Results, Row, finite, varying_parameters

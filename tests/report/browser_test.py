@@ -9,9 +9,9 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import samples
 import leaderboard
 import report
+import samples
 from browser import Browser, find_browser
 from figures import REGISTRY
 

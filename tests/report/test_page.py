@@ -9,9 +9,9 @@ import xml.etree.ElementTree as xml
 from html.parser import HTMLParser
 from pathlib import Path
 
-import samples
 import look
 import report
+import samples
 from codec_list import Codec, listed
 from figures import REGISTRY
 

@@ -11,13 +11,13 @@ from estimates import (
     Estimate,
     access_ns,
     geometric_mean,
-    warm_ms,
     interval_rank,
     median_of,
     path_ms,
     speed,
     spell,
     spell_estimate,
+    warm_ms,
 )
 from history import objects_in, steps_table
 from rows import Row, load, varying_parameters

@@ -13,8 +13,8 @@ import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
 
-import samples
 import leaderboard
+import samples
 from rows import load
 
 EVIL = "</script><img src=x onerror=alert(1)>\n../../x"

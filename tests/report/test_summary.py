@@ -3,8 +3,8 @@
 import unittest
 from pathlib import Path
 
-import samples
 import remarks
+import samples
 import summary
 from rows import Row
 

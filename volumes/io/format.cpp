@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "volumes/slabs.hpp"
+
 namespace cvr::volumes {
 
 namespace {
@@ -208,16 +210,11 @@ std::optional<double> metres_of(std::string_view unit) {
   return found == kUnits.end() ? std::nullopt : std::optional(found->metres);
 }
 
-void for_each_slab(const VolumeSource& source,
-                   const std::function<void(std::span<const std::byte>)>& take) {
-  const VolumeInfo& info = source.info();
-  const std::uint64_t plane = info.extent.x * info.extent.y * size_of(info.type);
-  const std::uint64_t depth = std::clamp<std::uint64_t>(kSlabBytes / plane, 1, kSlabPlanes);
-  SlabReader reader(source);
-  for (std::uint64_t z0 = 0; z0 < info.extent.z; z0 += depth) {
-    const std::uint64_t z1 = std::min(z0 + depth, info.extent.z);
-    take({reader.read(z0, z1), (z1 - z0) * plane});
-  }
+void take_slabs(const VolumeSource& source,
+                const std::function<void(std::span<const std::byte>)>& take) {
+  const std::uint64_t depth = std::min(planes_within(kSlabBytes, source.info()), kSlabPlanes);
+  for_each_slab(source, depth,
+                [&](std::uint64_t, std::span<const std::byte> voxels) { take(voxels); });
 }
 
 }  // namespace cvr::volumes

@@ -110,8 +110,8 @@ std::optional<double> metres_of(std::string_view unit);
 
 /// Calls `take` with all voxels in slabs of whole planes, in ascending z: 64 planes each where they
 /// fit into 512 MiB.
-void for_each_slab(const VolumeSource& source,
-                   const std::function<void(std::span<const std::byte>)>& take);
+void take_slabs(const VolumeSource& source,
+                const std::function<void(std::span<const std::byte>)>& take);
 
 std::unique_ptr<VolumeSource> open_hdf5(const VolumePath& path, const OpenOptions& options);
 std::unique_ptr<VolumeSource> open_nrrd(const VolumePath& path, const OpenOptions& options);

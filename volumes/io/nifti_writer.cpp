@@ -113,11 +113,11 @@ void write_nifti(const VolumePath& path, const VolumeSource& source) {
   if (has_ending(path.file, ".gz")) {
     GzipWriter gzip(plain, kGzipLevel);
     gzip.write(start);
-    for_each_slab(source, [&gzip](std::span<const std::byte> slab) { gzip.write(slab); });
+    take_slabs(source, [&gzip](std::span<const std::byte> slab) { gzip.write(slab); });
     gzip.finish();
   } else {
     plain(start);
-    for_each_slab(source, plain);
+    take_slabs(source, plain);
   }
   output.commit();
 }

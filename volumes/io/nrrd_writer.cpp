@@ -42,9 +42,9 @@ std::string geometry_text(const VolumeInfo& info, bool series) {
 
 void write_voxels(OutputFile& output, const VolumeSource& source, NrrdEncoding encoding) {
   const auto plain = [&output](std::span<const std::byte> bytes) { output.write(bytes); };
-  if (encoding == NrrdEncoding::kRaw) return for_each_slab(source, plain);
+  if (encoding == NrrdEncoding::kRaw) return take_slabs(source, plain);
   GzipWriter gzip(plain, kGzipLevel);
-  for_each_slab(source, [&gzip](std::span<const std::byte> slab) { gzip.write(slab); });
+  take_slabs(source, [&gzip](std::span<const std::byte> slab) { gzip.write(slab); });
   gzip.finish();
 }
 

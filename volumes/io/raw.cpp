@@ -189,7 +189,7 @@ void write_raw(const VolumePath& path, const VolumeSource& source) {
 
   OutputFile voxels(path.file);
   OutputFile sidecar(sidecar_name(path.file));
-  for_each_slab(source, [&voxels](std::span<const std::byte> slab) { voxels.write(slab); });
+  take_slabs(source, [&voxels](std::span<const std::byte> slab) { voxels.write(slab); });
   sidecar.write(std::string_view(yaml.c_str(), yaml.size()));
   sidecar.write("\n");
   OutputFile::commit_pair(voxels, sidecar);
