@@ -319,16 +319,16 @@ std::span<const Metric> voxel_metrics() {
          return l.pseudo ? Reading() : from_stage(l, kEncode, of_size<&Size::rate_xz>, 3);
        }},
       {"published", "published %", "the rate that the publication states, in percent",
-       [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }},
+       [](L l) { return published_reading(l, &PublishedFigure::rate, 3); }, true, true},
       {"logged_rate", "logged %",
        "the rate in the authors' own log, which the publication rounds, in percent",
-       [](L l) { return published_reading(l, &PublishedFigure::logged_rate, 5); }},
+       [](L l) { return published_reading(l, &PublishedFigure::logged_rate, 5); }, true, true},
       {"published_labels", "published labels", "distinct labels that the publication states",
-       [](L l) { return published_reading(l, &PublishedFigure::labels, 0); }},
+       [](L l) { return published_reading(l, &PublishedFigure::labels, 0); }, true, true},
       {"published_original_gb", "published GB", "10^9 bytes of the original by the publication",
-       [](L l) { return published_reading(l, &PublishedFigure::original_gb, 3); }},
+       [](L l) { return published_reading(l, &PublishedFigure::original_gb, 3); }, true, true},
       {"ratio", "ours/published", "published_rate measured here / rate published",
-       ratio_to_published},
+       ratio_to_published, true, true},
       {"encode_seconds", "encode s", "median wall time of encoding, file reading and writing apart",
        [](L l) { return seconds(l, kEncode, &Time::seconds, "{:.3g}"); }},
       {"encode_gb_per_s", "encode GB/s", "10^9 bytes of the original encoded a second of wall time",
@@ -406,10 +406,10 @@ std::span<const Metric> voxel_metrics() {
        "largest resident memory while encoding or decoding, the mapped input included", peak_text},
       {"published_seconds", "published s",
        "the seconds that the publication states, on its machine and its volume",
-       [](L l) { return published_reading(l, &PublishedFigure::seconds, 2); }},
+       [](L l) { return published_reading(l, &PublishedFigure::seconds, 2); }, true, true},
       {"published_gb_per_s", "published GB/s",
        "the GB/s that the publication states, on its machine",
-       [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }},
+       [](L l) { return published_reading(l, &PublishedFigure::gb_per_s, 3); }, true, true},
       {"samples", "n", "rounds measured, one number a stage", samples_text, false},
       {"status", "status", "ok, the statuses of the stages that are not, or not measured",
        status_text, false},
@@ -456,9 +456,11 @@ MetricNames metric_names() {
   static const std::vector<MetricName> kNames = [] {
     std::vector<MetricName> names;
     for (const Metric& metric : voxel_metrics())
-      names.push_back({metric.name, metric.numeric, false, published_beside(metric) != nullptr});
+      names.push_back({metric.name, metric.numeric, false, published_beside(metric) != nullptr,
+                       metric.of_publication});
     for (const Metric& metric : render_metrics())
-      names.push_back({metric.name, metric.numeric, true, published_beside(metric) != nullptr});
+      names.push_back({metric.name, metric.numeric, true, published_beside(metric) != nullptr,
+                       metric.of_publication});
     return names;
   }();
   return kNames;

@@ -32,7 +32,8 @@ struct Metric {
   std::string_view heading;  ///< with the unit
   std::string_view description;
   Reading (*read)(const LineContext&);
-  bool numeric = true;  ///< whether what it reads is a number, as claims need it
+  bool numeric = true;          ///< whether what it reads is a number, as claims need it
+  bool of_publication = false;  ///< whether it reads what a publication states
 };
 
 /// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok

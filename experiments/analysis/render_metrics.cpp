@@ -27,6 +27,13 @@ constexpr ReadFigure of_verification = figure<&Result::verification, Member>;
 template <auto Member>
 constexpr ReadFigure of_picture_error = figure<&Result::picture_error, Member>;
 
+Reading published_ms(const LineContext& line, std::optional<double> PublishedFigure::*figure,
+                     int digits) {
+  if (line.published == nullptr || !(line.published->*figure)) return "";
+  const double ms = *(line.published->*figure);
+  return {fmt::format("{:.{}f}", ms, digits), ms};
+}
+
 /// The row of the render stage through `read`; its status where it is not ok.
 Reading from_render(L line, const std::function<Reading(const Result&)>& read) {
   const Result* row = line.rows.find(kRender);
@@ -213,10 +220,14 @@ std::span<const Metric> render_metrics() {
        path_and_held, false},
       {"published_frame_ms", "published ms",
        "the mean ms per frame that the publication states, on its GPU and its volume",
-       [](L l) -> Reading {
-         if (l.published == nullptr || !l.published->frame_ms) return "";
-         return {fmt::format("{:.1f}", *l.published->frame_ms), *l.published->frame_ms};
-       }},
+       [](L l) { return published_ms(l, &PublishedFigure::frame_ms, 1); }, true, true},
+      {"logged_frame_min_ms", "logged min ms",
+       "the fastest frame in a log of the publication's authors, of another run than it states",
+       [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms_min, 3); }, true, true},
+      {"logged_frame_ms", "logged ms", "the mean ms per frame of that log",
+       [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms, 3); }, true, true},
+      {"logged_frame_max_ms", "logged max ms", "the slowest frame of that log",
+       [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms_max, 3); }, true, true},
       {"incomplete", "incomplete px", "most pixels of one frame that met a placeholder",
        [](L l) {
          return number(l, of_frames<&Frames::incomplete, &Parts::Incomplete::largest>, 0);

@@ -11,9 +11,10 @@ namespace cvr::experiments {
 
 struct MetricName {
   std::string_view name;
-  bool numeric = true;     ///< whether it is a number, as claims need it
-  bool of_images = false;  ///< whether cells of the stage render alone have it
-  bool published = false;  ///< whether publications state it too
+  bool numeric = true;          ///< whether it is a number, as claims need it
+  bool of_images = false;       ///< whether cells of the stage render alone have it
+  bool published = false;       ///< whether publications state it too
+  bool of_publication = false;  ///< whether it is what a publication states
 };
 
 using MetricNames = std::span<const MetricName>;

@@ -51,6 +51,12 @@ std::vector<Key<PublishedFigure>> published_figure_keys() {
           key("logged_bytes", &F::logged_bytes, number, "", "Encoded bytes that the log says."),
           key("gb_per_s", &F::gb_per_s, number, "", "Gigabytes per second of encoding."),
           key("frame_ms", &F::frame_ms, number, "", "Milliseconds per frame."),
+          key("logged_frame_ms", &F::logged_frame_ms, number, "",
+              "The mean of the frames in a log of the authors."),
+          key("logged_frame_ms_min", &F::logged_frame_ms_min, number, "",
+              "The fastest frame of that log."),
+          key("logged_frame_ms_max", &F::logged_frame_ms_max, number, "",
+              "The slowest frame of that log."),
           key("access_mode", &F::access_mode, one_text("an access mode"), "",
               "Of images: the access mode."),
           key("shading", &F::shading, one_text("a shading"), "", "Of images: the shading.")};

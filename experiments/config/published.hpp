@@ -16,8 +16,10 @@ struct PublishedFigure {
   std::vector<std::pair<std::string, std::string>> parameters;
   std::string access_mode, shading;  ///< of images; empty: the figure is about none
   std::optional<double> rate, seconds, gb_per_s, frame_ms;
-  std::optional<double> labels, original_gb;        ///< of the data set
-  std::optional<double> logged_rate, logged_bytes;  ///< of the authors' own log
+  std::optional<double> labels, original_gb;  ///< of the data set
+  /// Of the authors' own logs.
+  std::optional<double> logged_rate, logged_bytes, logged_frame_ms, logged_frame_ms_min,
+      logged_frame_ms_max;
 };
 
 struct PublishedTable {

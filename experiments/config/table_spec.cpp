@@ -142,6 +142,11 @@ TableSpec read_table(const YamlValue& value, const std::string& config_path, Met
       kinds != 1)
     value.reject(fmt::format("expected one of the keys columns, pivot and bd_psnr, found {}",
                              kinds == 0 ? "none" : "several"));
+  for (const std::string& column : table.columns) {
+    if (!table.published && find_metric_name(metrics, column)->of_publication)
+      value.reject(fmt::format(
+          "expected the key published, for the column {} is of a publication, found none", column));
+  }
   constexpr std::size_t kLongestName = 100;  // of a file, with its ending
   if (table.name.empty() || table.name.starts_with('.') || table.name.size() > kLongestName ||
       table.name.find('/') != std::string::npos) {

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 PLOTS = Path(__file__).resolve().parents[2] / "plots"
-sys.path.insert(0, str(PLOTS))
 
 MACHINE = "00000000000000aa"
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 import io
 import json
 import stat
-import sys
 import tempfile
 import unittest
 import zipfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent.parent / "plots"))
-
-import crate  # noqa: E402
-import verify  # noqa: E402
+import crate
+import verify
 
 TIME = (2026, 1, 2, 3, 4, 6)
 

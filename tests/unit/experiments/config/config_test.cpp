@@ -148,6 +148,13 @@ TEST_F(ConfigTest, LabelsOfTableLinesAreKnownNames) {
                              HasSubstr("did you mean 'brick'?")));
 }
 
+TEST_F(ConfigTest, ColumnsOfAPublicationNeedOne) {
+  EXPECT_EQ(error(std::string(kGood) +
+                  "tables:\n  - {name: a, title: b, rows: [dataset], columns: [rate, published]}\n"),
+            "c.yaml:7:5: expected the key published, for the column published is of a publication, "
+            "found none");
+}
+
 TEST_F(ConfigTest, CodecParametersAreChecked) {
   EXPECT_EQ(error("matrix:\n  - datasets: [blob]\n    codecs: [{id: csgv-nibble, parameters: "
                   "{brick: 17}}]\n "
