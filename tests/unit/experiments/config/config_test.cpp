@@ -149,10 +149,11 @@ TEST_F(ConfigTest, LabelsOfTableLinesAreKnownNames) {
 }
 
 TEST_F(ConfigTest, ColumnsOfAPublicationNeedOne) {
-  EXPECT_EQ(error(std::string(kGood) +
-                  "tables:\n  - {name: a, title: b, rows: [dataset], columns: [rate, published]}\n"),
-            "c.yaml:7:5: expected the key published, for the column published is of a publication, "
-            "found none");
+  EXPECT_EQ(
+      error(std::string(kGood) +
+            "tables:\n  - {name: a, title: b, rows: [dataset], columns: [rate, published]}\n"),
+      "c.yaml:7:5: expected the key published, for the column published is of a publication, "
+      "found none");
 }
 
 TEST_F(ConfigTest, CodecParametersAreChecked) {
