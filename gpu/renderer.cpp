@@ -248,6 +248,7 @@ Expected<std::vector<PassTime>> Renderer::set_scene(const Scene& scene) {
   f.height = my.options.height;
   f.ambient = static_cast<float>(scene.ambient);
   f.ao_distance = static_cast<float>(scene.ao_distance * world_size(my.info));
+  f.ao_roulette = scene.ao_roulette ? 1 : 0;
   my.visible.assign(my.grid.voxels(), 0);
   my.commands.begin(std::as_bytes(std::span(&f, 1)));
   my.commands.pass("clear");

@@ -88,6 +88,7 @@ struct Scene {
   Vector3 light{0.4, 0.8, 0.45};  ///< towards the light, in world space; need not have length 1
   double ambient = 0.35;          ///< 0 .. 1
   double ao_distance = 0.1;       ///< in scene units, above 0
+  bool ao_roulette = false;       ///< ambient occlusion rays by Russian roulette (IMAGE.md)
   double lod_bias = 0;            ///< levels; positive is coarser
   std::uint32_t accumulate = 1;   ///< frames drawn of each camera and averaged
   std::array<std::uint8_t, 3> background{255, 255, 255};

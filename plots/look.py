@@ -61,6 +61,7 @@ CACHE_MARKERS = {
     "none": "o",
     "voxel": "s",
     "voxel-es": "D",
+    "voxel-es-paper": "d",
     "brick": "^",
     "brick-coop": "v",
     "brick-coop-shared": "P",

@@ -188,14 +188,15 @@ class Comparison:
 
 def cache_comparisons(rows: list[Row]) -> list[Comparison]:
     """Views that two or more access modes drew, with the finest levels and equal samples; of
-    several cache sizes the fastest. Plain voxels, which need no cache, count only where there is
-    nothing else.
+    several cache sizes the fastest. Modes that drew wrong pixels are not compared. Plain voxels,
+    which need no cache, count only where there is nothing else.
     """
     usable = [
         row
         for row in of_stage(rows, "render")
         if e.frame_ms(row)[0]
         and not row.number("render/lod_bias")
+        and not row.number("verification/label_mismatches")
         and row.get("render/step") is None
     ]
     usable = without(usable, PLAIN_ARRAY) or usable

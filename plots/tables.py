@@ -289,7 +289,13 @@ def image_cells(
 def settings_text(row: Row) -> str:
     size = row.get("render/size", [])
     parts = ["x".join(map(str, size)) if isinstance(size, list) else ""]
-    for name, usual in (("cache_mib", 0), ("lod_bias", 0), ("ao_samples", 1), ("step", None)):
+    for name, usual in (
+        ("cache_mib", 0),
+        ("lod_bias", 0),
+        ("ao_samples", 1),
+        ("ao_roulette", False),
+        ("step", None),
+    ):
         value = row.get(f"render/{name}")
         if value is not None and value != usual:
             parts.append(

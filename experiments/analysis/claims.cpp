@@ -342,7 +342,8 @@ std::vector<ClaimVerdict> judge_claims(const Config& config, const std::vector<R
       continue;
     }
     std::optional<PublishedTable> published;
-    if (claim.published) published = load_published(claim.published->file, claim.published->table);
+    if (const auto& place = claim.published)
+      published = load_published(place->file, place->table, place->scaled);
     ClaimVerdict verdict{&claim, {}};
     for (const Group& group : collect_groups(claim, config, latest))
       verdict.groups.push_back(GroupJudge(claim, group, published).judge_group());

@@ -64,7 +64,7 @@ class Filler {
     const bool renders = find_metric_name(metrics_, metric)->of_images || names_images(where);
     std::optional<PublishedTable> published;
     if (const auto& place = spec_.lines.published)
-      published = load_published(place->file, place->table);
+      published = load_published(place->file, place->table, place->scaled);
     std::vector<Found> all;
     for (const TableLine& line : collect_lines(Filter{where}, renders, evidence_.config, latest_)) {
       const Reading reading = read.read(context_of(line, published));

@@ -120,6 +120,39 @@ Reading path_and_held(L line) {
   });
 }
 
+/// What the caches of a cell are put under, by its choice and the extent of its volume.
+Reading of_regime(L line, double (*figure)(const RenderChoice&, const volumes::Extent&)) {
+  return from_render(line, [&](const Result& row) -> Reading {
+    if (!row.render || !row.dataset.extent) return "";
+    const auto& [x, y, z] = *row.dataset.extent;
+    const double value = figure(render_choice_from_row(*row.render), {x, y, z});
+    if (value == 0) return "";
+    return {fmt::format("{:.4g}", value), value};
+  });
+}
+
+double bricks_of(const RenderChoice& choice, const volumes::Extent& extent) {
+  return static_cast<double>(volumes::ceil_div(extent, choice.brick).voxels());
+}
+
+double cache_bytes_per_voxel(const RenderChoice& choice, const volumes::Extent& extent) {
+  return static_cast<double>(choice.cache_mib << 20) / static_cast<double>(extent.voxels());
+}
+
+double voxels_per_pixel(const RenderChoice& choice, const volumes::Extent& extent) {
+  return static_cast<double>(extent.voxels()) / (1.0 * choice.width * choice.height);
+}
+
+double frames_per_brick(const RenderChoice& choice, const volumes::Extent& extent) {
+  return choice.frames / bricks_of(choice, extent);
+}
+
+Reading published_regime(L line, std::optional<double> PublishedFigure::*figure) {
+  if (line.published == nullptr || !(line.published->*figure)) return "";
+  const double value = *(line.published->*figure);
+  return {fmt::format("{:.4g}", value), value};
+}
+
 /// A PSNR has no number where the images are equal.
 Reading psnr(const Figure& value) {
   if (!value) return {"exact", std::numeric_limits<double>::infinity()};
@@ -228,6 +261,23 @@ std::span<const Metric> render_metrics() {
        [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms, 3); }, true, true},
       {"logged_frame_max_ms", "logged max ms", "the slowest frame of that log",
        [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms_max, 3); }, true, true},
+      {"bricks", "bricks", "bricks of the volume", [](L l) { return of_regime(l, bricks_of); }},
+      {"published_bricks", "published bricks", "the same of the publication's volume",
+       [](L l) { return published_regime(l, &PublishedFigure::bricks); }, true, true},
+      {"cache_bytes_per_voxel", "cache B/voxel",
+       "bytes of the cache / voxels of the volume: 4 and more hold every label",
+       [](L l) { return of_regime(l, cache_bytes_per_voxel); }},
+      {"published_cache_bytes_per_voxel", "published B/voxel", "the same in the publication",
+       [](L l) { return published_regime(l, &PublishedFigure::cache_bytes_per_voxel); }, true,
+       true},
+      {"voxels_per_pixel", "voxels/px", "voxels of the volume / pixels of a frame",
+       [](L l) { return of_regime(l, voxels_per_pixel); }},
+      {"published_voxels_per_pixel", "published voxels/px", "the same in the publication",
+       [](L l) { return published_regime(l, &PublishedFigure::voxels_per_pixel); }, true, true},
+      {"frames_per_brick", "frames/brick", "frames of the path / bricks of the volume",
+       [](L l) { return of_regime(l, frames_per_brick); }},
+      {"published_frames_per_brick", "published frames/brick", "the same in the publication",
+       [](L l) { return published_regime(l, &PublishedFigure::frames_per_brick); }, true, true},
       {"incomplete", "incomplete px", "most pixels of one frame that met a placeholder",
        [](L l) {
          return number(l, of_frames<&Frames::incomplete, &Parts::Incomplete::largest>, 0);

@@ -158,7 +158,8 @@ Table make_table(const TableSpec& spec, const Config& config, const std::vector<
   table.name = spec.name;
   table.title = spec.title;
   Published published;
-  if (spec.published) published = load_published(spec.published->file, spec.published->table);
+  if (const auto& place = spec.published)
+    published = load_published(place->file, place->table, place->scaled);
   const auto latest = latest_by(rows, &Result::key);
   const auto lines = collect_lines(Filter{spec.where}, spec.renders(), config, latest);
   for (const std::string& key : spec.rows) table.add_label(key);

@@ -124,10 +124,13 @@ void list_access_modes(bool json) {
     all.push_back({{"id", cache.id},
                    {"summary", cache.summary},
                    {"sized", cache.sized},
-                   {"placeholders", cache.placeholders}});
+                   {"placeholders", cache.placeholders},
+                   {"exact", cache.exact}});
     if (json) continue;
     fmt::print("{:<18} {}{}{}\n", cache.id, cache.summary, cache.sized ? ", of --cache-mib" : "",
-               cache.placeholders ? ", first frames are not exact" : "");
+               !cache.exact         ? ", images are not exact"
+               : cache.placeholders ? ", first frames are not exact"
+                                    : "");
   }
   if (json) print_json(all);
 }

@@ -102,8 +102,10 @@ void show_progress(const Progress& progress) {
 
 void add_config_options(CLI::App& command, RunChoices& c) {
   command
-      .add_option("--set", c.settings,
-                  "KEY=VALUE for a top-level key with a simple value, for instance scale=1")
+      .add_option(
+          "--set", c.settings,
+          "KEY=VALUE, in place of the file's: a top-level key (scale=1), a key of blocks in every "
+          "block that may have it (frames=100), or a path (matrix.*.size=1920,1080)")
       ->allow_extra_args(false);
   command.add_option(
       "--datasets", c.datasets,

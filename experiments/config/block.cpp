@@ -16,11 +16,12 @@ namespace {
 
 constexpr unsigned kMostThreads = 4096;
 constexpr std::uint64_t kMostCells = 100000;
+constexpr std::string_view kOfTheBlock = "the block's";
 
 unsigned all_cores() { return std::max(1u, std::thread::hardware_concurrency()); }
 
 CodecChoice with_defaults(const codecs::Codec& codec) {
-  return {&codec, codecs::Parameters::parse(codec.parameters(), {}).value()};
+  return {&codec, codecs::Parameters::parse(codec.parameters(), {}).value(), {}, {}};
 }
 
 Shape<const codecs::Codec*> codec_id() {
@@ -72,15 +73,66 @@ Shape<std::vector<ParameterAxis>> parameter_axes() {
                       schema_of_either(one, schema_of_list(one)))};
 }
 
+/// The options of the stage render, as keys of what holds them. `fallback`: what holds without one
+/// of them, where that is not the option's own default.
+template <class S>
+void append_render_keys(const BlockContext& context, RenderBlock S::*member,
+                        std::string_view fallback, std::vector<Key<S>>& keys) {
+  const std::string folder = std::filesystem::path(context.config_path).parent_path().string();
+  for (const RenderOption& option : render_options()) {
+    if (option.key.name.empty()) continue;
+    KeyInfo info = option.key;
+    if (!fallback.empty()) info.fallback = fallback;
+    keys.push_back({std::move(info), [&option, folder, member](const YamlValue& value, S& into) {
+                      (into.*member).give(option, option.read(value, folder));
+                    }});
+  }
+}
+
 struct CodecDraft {
   const codecs::Codec* codec = nullptr;
   std::vector<ParameterAxis> axes;
+  std::vector<std::string> datasets;
+  RenderBlock render;
 };
 
-std::vector<Key<CodecDraft>> codec_keys() {
-  return {required(key("id", &CodecDraft::codec, codec_id(), "", "`cvrbench list codecs`.")),
-          key("parameters", &CodecDraft::axes, parameter_axes(), "the codec's own",
-              "A list of values multiplies the cells.")};
+std::vector<Key<CodecDraft>> codec_keys(const BlockContext& context) {
+  std::vector<Key<CodecDraft>> keys{
+      required(key("id", &CodecDraft::codec, codec_id(), "", "`cvrbench list codecs`.")),
+      key("parameters", &CodecDraft::axes, parameter_axes(), "the codec's own",
+          "A list of values multiplies the cells."),
+      key("datasets", &CodecDraft::datasets, list_of(one_text("the name of a data set"), "names"),
+          "all of the block", "Names of the data sets of the block that it is measured on.")};
+  append_render_keys(context, &CodecDraft::render, kOfTheBlock, keys);
+  return keys;
+}
+
+/// What a block says of one data set.
+struct OwnRender {
+  RenderBlock render;
+};
+
+std::vector<Key<OwnRender>> own_render_keys(const BlockContext& context) {
+  std::vector<Key<OwnRender>> keys;
+  append_render_keys(context, &OwnRender::render, kOfTheBlock, keys);
+  return keys;
+}
+
+Shape<std::vector<std::pair<std::string, RenderBlock>>> per_dataset_shape(
+    const BlockContext& context) {
+  const auto keys = own_render_keys(context);
+  return {[keys](const YamlValue& value) {
+            std::vector<std::pair<std::string, RenderBlock>> all;
+            for (const auto& [name, own] : value.entries()) {
+              OwnRender read;
+              read_keys(own, keys, read);
+              all.emplace_back(name.text("the name of a data set"), std::move(read.render));
+            }
+            return all;
+          },
+          "a map from names of data sets to keys of the stage render",
+          fmt::format(R"({{"type": "object", "additionalProperties": {}}})",
+                      schema_of_map(infos_of(keys)))};
 }
 
 /// The products of the values of all parameters. Each value is checked alone first, so that the
@@ -108,14 +160,15 @@ void add_products(const YamlValue& value, const CodecDraft& draft,
   for (const auto& product : products) {
     auto parameters = codecs::Parameters::parse(codec.parameters(), product);
     if (!parameters) value.reject(parameters.error().message);
-    choices.push_back({&codec, std::move(*parameters)});
+    choices.push_back({&codec, std::move(*parameters), draft.datasets, draft.render});
   }
 }
 
-Shape<std::vector<CodecChoice>> codec_choices() {
+Shape<std::vector<CodecChoice>> codec_choices(const BlockContext& context) {
   const auto by_id = codec_id();
-  const std::string one = schema_of_either(by_id.schema, schema_of_map(infos_of(codec_keys())));
-  return {[by_id](const YamlValue& value) {
+  const auto keys = codec_keys(context);
+  const std::string one = schema_of_either(by_id.schema, schema_of_map(infos_of(keys)));
+  return {[by_id, keys](const YamlValue& value) {
             std::vector<CodecChoice> choices;
             if (value.is_scalar() &&
                 (value.text() == "all" || value.text() == "lossless" || value.text() == "lossy")) {
@@ -129,7 +182,7 @@ Shape<std::vector<CodecChoice>> codec_choices() {
             for (const YamlValue& v : value.list("codecs, or all, lossless or lossy")) {
               CodecDraft draft;
               if (v.is_map()) {
-                read_keys(v, codec_keys(), draft);
+                read_keys(v, keys, draft);
                 add_products(v, draft, choices);
               } else {
                 choices.push_back(with_defaults(*by_id.read(v)));
@@ -178,26 +231,52 @@ std::vector<Key<Block>> block_keys(const BlockContext& context) {
   std::vector<Key<Block>> keys{
       required(key("datasets", &Block::datasets, datasets_shape(context), "",
                    "The volumes: names, choices, files and generated ones.")),
-      required(key("codecs", &Block::codecs, codec_choices(), "", "The codecs.")),
+      required(key("codecs", &Block::codecs, codec_choices(context), "", "The codecs.")),
       required(key("stages", &Block::stages, list_of(stage_shape(context.stages), "stages"), "",
                    "What is measured (`cvrbench list stages`).")),
       key("threads", &Block::threads, one_or_list(threads_shape(), "thread counts"), "[1]",
           "Threads of each cell; not of the stage render."),
   };
-  const std::string folder = std::filesystem::path(context.config_path).parent_path().string();
-  for (const RenderOption& option : render_options()) {
-    if (option.key.name.empty()) continue;
-    keys.push_back({option.key, [&option, folder](const YamlValue& value, Block& block) {
-                      block.render.give(option, option.read(value, folder));
-                    }});
-  }
+  keys.push_back(key("per_dataset", &Block::per_dataset, per_dataset_shape(context), "",
+                     "What holds for single data sets in place of the keys below."));
+  append_render_keys(context, &Block::render, "", keys);
   return keys;
+}
+
+std::vector<KeyInfo> codec_entry_keys(const BlockContext& context) {
+  return infos_of(codec_keys(context));
+}
+
+bool Block::goes_with(const CodecChoice& choice, const Dataset& dataset) {
+  return choice.datasets.empty() ||
+         std::ranges::find(choice.datasets, dataset.name) != choice.datasets.end();
+}
+
+RenderBlock Block::render_of(const Dataset& dataset, const CodecChoice& choice) const {
+  const auto own =
+      std::ranges::find(per_dataset, dataset.name, &std::pair<std::string, RenderBlock>::first);
+  return (own == per_dataset.end() ? render : render.with(own->second)).with(choice.render);
 }
 
 Block read_block(const YamlValue& value, const BlockContext& context) {
   Block block;
   read_keys(value, block_keys(context), block);
-  block.render.check(value, std::ranges::any_of(block.stages, &StageTraits::renders));
+  const auto require_dataset = [&](const std::string& name, std::string_view key) {
+    std::vector<std::string> names;
+    for (const auto& dataset : block.datasets) names.push_back(dataset->name);
+    if (std::ranges::find(names, name) == names.end())
+      value.reject(fmt::format("expected under {} a data set of this block ({}), found '{}'{}", key,
+                               fmt::join(names, ", "), name, did_you_mean(name, names)));
+  };
+  for (const auto& own : block.per_dataset) require_dataset(own.first, "per_dataset");
+  const bool renders = std::ranges::any_of(block.stages, &StageTraits::renders);
+  for (const CodecChoice& choice : block.codecs) {
+    for (const std::string& name : choice.datasets) require_dataset(name, "datasets of a codec");
+    for (const auto& dataset : block.datasets) {
+      if (Block::goes_with(choice, *dataset))
+        block.render_of(*dataset, choice).check(value, renders);
+    }
+  }
   return block;
 }
 
@@ -257,6 +336,7 @@ class CellList {
                const StageTraits& stage, const Threads& threads) {
     if (stage.memcpy) add({dataset, std::string(kMemcpy), 1, {}, &stage, threads});
     for (const CodecChoice& choice : block.codecs) {
+      if (!Block::goes_with(choice, *dataset)) continue;
       const auto& traits = choice.codec->traits();
       add({dataset, std::string(traits.id), traits.version, choice.parameters, &stage, threads});
     }
@@ -266,9 +346,11 @@ class CellList {
   /// time depends on them.
   void add_render(const Block& block, const std::shared_ptr<const Dataset>& dataset,
                   const StageTraits& stage, const CodecChoice& choice) {
+    if (!Block::goes_with(choice, *dataset)) return;
     const auto& traits = choice.codec->traits();
     const Threads all{"all", all_cores()};
-    for (RenderChoice& render : block.render.choices(choice.parameters, dataset->kind, device_)) {
+    const RenderBlock options = block.render_of(*dataset, choice);
+    for (RenderChoice& render : options.choices(choice.parameters, dataset->kind, device_)) {
       add({dataset, std::string(traits.id), traits.version, choice.parameters, &stage, all,
            std::move(render)});
     }

@@ -15,6 +15,8 @@ namespace cvr::experiments {
 struct CodecChoice {
   const codecs::Codec* codec;
   codecs::Parameters parameters;
+  std::vector<std::string> datasets;  ///< of the block that it is measured on; empty: all
+  RenderBlock render;                 ///< in place of what the block says
 };
 
 struct Block {
@@ -23,6 +25,13 @@ struct Block {
   std::vector<const StageTraits*> stages;
   std::vector<Threads> threads{{"1", 1}};
   RenderBlock render;
+  /// What else holds for single data sets, by their names.
+  std::vector<std::pair<std::string, RenderBlock>> per_dataset;
+
+  /// Whether a codec is measured on a data set of the block.
+  static bool goes_with(const CodecChoice& choice, const Dataset& dataset);
+  /// What holds for both: the codec's own before the data set's before the block's.
+  RenderBlock render_of(const Dataset& dataset, const CodecChoice& choice) const;
 };
 
 /// What the reading of a block needs beside it; all outlive the keys.
@@ -32,6 +41,8 @@ struct BlockContext {
   std::string config_path;  ///< what paths of scenes are relative to
 };
 std::vector<Key<Block>> block_keys(const BlockContext& context);
+/// Of an entry of `codecs` that is a map.
+std::vector<KeyInfo> codec_entry_keys(const BlockContext& context);
 /// The same, and whether the keys go together. Throws InputError.
 Block read_block(const YamlValue& value, const BlockContext& context);
 

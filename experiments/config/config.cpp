@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "experiments/config/block.hpp"
+#include "experiments/config/settings.hpp"
 
 namespace cvr::experiments {
 
@@ -25,21 +26,46 @@ Shape<std::vector<unsigned>> levels() {
           "all, or a list of levels", schema_of_either(R"({"const": "all"})", all.schema)};
 }
 
-void apply_setting(const std::string& setting, Config& config) {
-  const std::size_t equals = setting.find('=');
-  if (equals == std::string::npos)
-    throw InputError(fmt::format("--set {}: expected key=value, found no '='", setting));
-  const std::string name = setting.substr(0, equals);
+/// The one of the simple keys that a setting names; none where it is a path or a key of blocks.
+std::optional<Key<Config>> simple_key_of(const std::string& setting) {
   const auto keys = simple_keys();
-  const auto found =
-      std::ranges::find(keys, name, [](const Key<Config>& one) { return one.info.name; });
-  if (found == keys.end()) {
-    std::vector<std::string> names;
-    for (const auto& one : keys) names.push_back(one.info.name);
-    throw InputError(fmt::format("--set {}: expected one of the keys {}, found '{}'{}", setting,
-                                 fmt::join(names, ", "), name, did_you_mean(name, names)));
-  }
-  found->read(YamlValue::from_text(setting.substr(equals + 1), "--set " + name), config);
+  const auto found = std::ranges::find(keys, key_of_setting(setting),
+                                       [](const Key<Config>& one) { return one.info.name; });
+  return found == keys.end() ? std::nullopt : std::optional(*found);
+}
+
+/// Whether a block draws images.
+bool draws(const YamlValue& block, StageList stages) {
+  const auto ids = block.find("stages");
+  return ids && ids->is_list() &&
+         std::ranges::any_of(ids->list("stages"), [&](const YamlValue& id) {
+           const StageTraits* stage = id.is_scalar() ? find_stage(stages, id.text()) : nullptr;
+           return stage != nullptr && stage->renders;
+         });
+}
+
+/// Puts what is none of the simple keys into the document.
+void put_in_document(const YamlValue& root, const std::string& setting,
+                     const BlockContext& context) {
+  const std::string name = key_of_setting(setting);
+  if (name.find('.') != std::string::npos) return put_setting(root, setting);
+  std::vector<std::string> names;
+  for (const auto& one : simple_keys()) names.push_back(one.info.name);
+  for (const auto& one : block_keys(context)) names.push_back(one.info.name);
+  if (std::ranges::find(names, name) == names.end())
+    throw InputError(
+        fmt::format("--set {}: expected one of the keys {}, or a path such as "
+                    "matrix.*.size, found '{}'{}",
+                    setting, fmt::join(names, ", "), name, did_you_mean(name, names)));
+  const bool of_images = std::ranges::any_of(
+      render_options(), [&](const RenderOption& option) { return option.key.name == name; });
+  const bool taken = put_block_setting(root, setting, [&](const YamlValue& block) {
+    return !of_images || draws(block, context.stages);
+  });
+  if (!taken)
+    throw InputError(fmt::format(
+        "--set {}: expected a block with the stage render, which has this key, found none",
+        setting));
 }
 
 /// Tables and claims are found by their names.
@@ -76,6 +102,9 @@ std::vector<Key<Config>> simple_keys() {
       key("rounds", &C::rounds, whole_number(1, 100000), "9", "Least number of rounds."),
       key("max_rounds", &C::max_rounds, whole_number(1, 1000000), "3 x rounds",
           "Largest number of rounds."),
+      key("rounds_per_process", &C::rounds_per_process, whole_number(1, 1000000), "all",
+          "Rounds of a cell that one worker process makes before another takes its place, which "
+          "of the check makes only what its rounds need. 1: each round is a process of its own."),
       key("target_interval", &C::target_interval, real_number(1e-6, 1e6), "0.05",
           "Width of the 95 % interval of the median over the median at which a cell is done."),
       key("timeout_s", &C::timeout_s, real_number(0.01, 1e7), "120",
@@ -132,17 +161,34 @@ std::vector<Key<ConfigDraft>> config_keys(const std::string& path, const Catalog
 
 Config read_config(const std::string& path, const Catalogue& catalogue,
                    const std::vector<std::string>& settings, const Vocabulary& vocabulary) {
-  ConfigDraft draft;
   const YamlValue root = YamlValue::from_file(path);
-  read_keys(root, config_keys(path, catalogue, vocabulary), draft);
+  const auto keys = config_keys(path, catalogue, vocabulary);
+  const auto read = [&] {
+    ConfigDraft draft;
+    read_keys(root, keys, draft);
+    return draft;
+  };
+  ConfigDraft draft = read();
+  std::set<std::string> set_keys;
+  for (const std::string& setting : settings) {
+    if (!set_keys.insert(key_of_setting(setting)).second)
+      throw InputError(fmt::format("--set {}: expected each key once", setting));
+    if (simple_key_of(setting)) continue;
+    put_in_document(root, setting, {catalogue, vocabulary.stages, path});
+    try {
+      draft = read();
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("--set {}: {}", setting, error.what()));
+    }
+  }
   Config config = std::move(draft.config);
   config.path = path;
   require_names_once(root, config);
-  std::set<std::string> set_keys;
   for (const std::string& setting : settings) {
-    if (!set_keys.insert(setting.substr(0, setting.find('='))).second)
-      throw InputError(fmt::format("--set {}: expected each key once", setting));
-    apply_setting(setting, config);
+    if (const auto simple = simple_key_of(setting)) {
+      const std::string name = key_of_setting(setting);
+      simple->read(YamlValue::from_text(setting.substr(name.size() + 1), "--set " + name), config);
+    }
   }
   if (config.max_rounds == 0) config.max_rounds = 3 * config.rounds;
   if (config.max_rounds < config.rounds) {

@@ -20,7 +20,7 @@ namespace cvr::experiments {
 struct Config {
   std::string path, hash, title;
   std::optional<double> scale;
-  std::uint64_t rounds = 9, max_rounds = 0;
+  std::uint64_t rounds = 9, max_rounds = 0, rounds_per_process = UINT64_MAX;
   double target_interval = 0.05;
   double timeout_s = 120;
   double memory_limit_gib = 16;
@@ -45,8 +45,9 @@ struct ConfigDraft {
 std::vector<Key<ConfigDraft>> config_keys(const std::string& path, const Catalogue& catalogue,
                                           const Vocabulary& vocabulary);
 
-/// Reads a configuration; `settings` are "key=value" for its top-level keys with simple values and
-/// win over the file. Throws InputError.
+/// Reads a configuration; `settings` win over the file. They are "key=value" for its top-level keys
+/// with simple values, for keys of blocks (then in every block that may have the key), and for paths
+/// (settings.hpp). Throws InputError.
 Config read_config(const std::string& path, const Catalogue& catalogue,
                    const std::vector<std::string>& settings, const Vocabulary& vocabulary);
 

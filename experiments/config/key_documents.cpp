@@ -21,13 +21,19 @@ std::vector<Section> sections_of(const Vocabulary& vocabulary) {
   const MetricNames metrics = vocabulary.metrics;
   return {
       {"A configuration",
-       "`cvrbench run FILE.yaml`. The keys with simple values can be set on the command line: "
-       "`--set KEY=VALUE`, which wins over the file.",
+       "`cvrbench run FILE.yaml`. `--set KEY=VALUE` wins over the file: for the keys with simple "
+       "values (`--set rounds=3`), for a key of blocks in every block that may have it (`--set "
+       "frames=100`), and for a path of keys and places of lists, from 0, where `*` stands for all "
+       "(`--set 'matrix.*.size=1920,1080'`).",
        infos_of(config_keys("", kNone, vocabulary))},
       {"A block of the matrix",
        "The cells of a block are the product of its lists. The keys from `scenes` on are those of "
-       "the stage render; where a list is allowed, it multiplies the cells.",
+       "the stage render; where a list is allowed, it multiplies the cells. They may stand with an "
+       "entry of `codecs` too and, for single data sets, under `per_dataset`: the codec's win over "
+       "the data set's, and those over the block's.",
        infos_of(block_keys({kNone, vocabulary.stages, ""}))},
+      {"A codec of a block", "In place of an id: a map.",
+       codec_entry_keys({kNone, vocabulary.stages, ""})},
       {"A data set of a block, chosen", "In place of a name: a described data set, changed.",
        infos_of(choice_keys(kNone))},
       {"A data set of a block, by its file", "In place of a name: a volume without a description.",

@@ -46,6 +46,13 @@ std::vector<Key<PublishedFigure>> published_figure_keys() {
           key("seconds", &F::seconds, number, "", "Seconds to encode."),
           key("labels", &F::labels, number, "", "Distinct labels of the data set."),
           key("original_gb", &F::original_gb, number, "", "Gigabytes of the original."),
+          key("bricks", &F::bricks, number, "", "Of images: bricks of the volume."),
+          key("cache_bytes_per_voxel", &F::cache_bytes_per_voxel, number, "",
+              "Of images: bytes of the cache over voxels of the volume."),
+          key("voxels_per_pixel", &F::voxels_per_pixel, number, "",
+              "Of images: voxels of the volume over pixels of a frame."),
+          key("frames_per_brick", &F::frames_per_brick, number, "",
+              "Of images: frames of the path over bricks of the volume."),
           key("logged_rate", &F::logged_rate, number, "",
               "The same in the authors' own log, which the publication rounds."),
           key("logged_bytes", &F::logged_bytes, number, "", "Encoded bytes that the log says."),
@@ -88,13 +95,18 @@ std::vector<Key<PublishedFile>> published_file_keys() {
           required(key("tables", &F::tables, tables, "", "Its tables by name."))};
 }
 
-PublishedTable load_published(const std::string& path, const std::string& table) {
+PublishedTable load_published(const std::string& path, const std::string& table,
+                              const std::vector<std::string>& scaled) {
   PublishedFile file;
   read_keys(YamlValue::from_file(path), published_file_keys(), file);
   for (auto& [name, found] : file.tables) {
     if (name != table) continue;
     found.citation = file.citation;
     if (found.hardware.empty()) found.hardware = file.hardware;
+    for (PublishedFigure& figure : found.figures)
+      std::erase_if(figure.parameters, [&](const auto& parameter) {
+        return std::ranges::find(scaled, parameter.first) != scaled.end();
+      });
     return std::move(found);
   }
   throw InputError(fmt::format("{}: expected a table '{}', found none", path, table));

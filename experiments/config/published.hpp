@@ -17,6 +17,8 @@ struct PublishedFigure {
   std::string access_mode, shading;  ///< of images; empty: the figure is about none
   std::optional<double> rate, seconds, gb_per_s, frame_ms;
   std::optional<double> labels, original_gb;  ///< of the data set
+  /// Of its images: what the caches of a cell are put under.
+  std::optional<double> bricks, cache_bytes_per_voxel, voxels_per_pixel, frames_per_brick;
   /// Of the authors' own logs.
   std::optional<double> logged_rate, logged_bytes, logged_frame_ms, logged_frame_ms_min,
       logged_frame_ms_max;
@@ -40,7 +42,8 @@ std::vector<Key<PublishedFile>> published_file_keys();
 std::vector<Key<PublishedTable>> published_table_keys();
 std::vector<Key<PublishedFigure>> published_figure_keys();
 
-/// Throws InputError.
-PublishedTable load_published(const std::string& path, const std::string& table);
+/// `scaled`: parameters of codecs that its figures then do not name. Throws InputError.
+PublishedTable load_published(const std::string& path, const std::string& table,
+                              const std::vector<std::string>& scaled = {});
 
 }  // namespace cvr::experiments

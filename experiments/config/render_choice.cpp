@@ -59,6 +59,7 @@ gpu::Scene scene_of(const RenderChoice& choice) {
   scene.frames = choice.frames;
   scene.path_parts = choice.path_parts;
   scene.lod_bias = choice.lod_bias;
+  scene.ao_roulette = choice.ao_roulette;
   scene.accumulate = choice.ao_samples;
   return scene;
 }

@@ -34,6 +34,7 @@ struct RenderChoice {
   bool image_error = false;           ///< compare with the image of level bias 0 and many samples
   std::optional<std::uint32_t> step;  ///< progressive step that is drawn; none: the whole encoding
   bool keep_images = false;           ///< leave the image of the fixed view in the results
+  bool ao_roulette = false;           ///< see gpu::Scene
   std::uint32_t path_parts = 0;       ///< see gpu::Scene
   bool count_path = true;             ///< draw the path once more by kernels that count
   std::string device;                 ///< as the user names it; empty: the renderer's own choice

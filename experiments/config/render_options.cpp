@@ -138,6 +138,7 @@ RenderSetter set_scene(const std::string& name, const std::string& path) {
   own.height = scene.height;
   own.frames = scene.frames;
   own.lod_bias = scene.lod_bias;
+  own.ao_roulette = scene.ao_roulette;
   return [own](RenderChoice& c) { c = own; };
 }
 
@@ -170,10 +171,11 @@ std::vector<RenderSetter> set_access(const std::vector<std::string>& ids) {
   return setters;
 }
 
-/// The access modes that serve volumes of a kind.
+/// The access modes that serve volumes of a kind and draw exact images.
 std::vector<std::string> access_modes(volumes::VolumeKind kind) {
   std::vector<std::string> ids;
   for (const gpu::CacheTraits& mode : gpu::all_caches()) {
+    if (!mode.exact) continue;
     if (kind == volumes::VolumeKind::kLabels ? mode.labels : mode.scalars)
       ids.emplace_back(mode.id);
   }
@@ -195,7 +197,8 @@ RenderOption access_option() {
   made.is_needed = true;
   made.key = {"access_modes", "all, or a list of access modes",
               schema_of_either(R"({"const": "all"})", names.schema), "",
-              "Access modes (`cvrbench list access-modes`); all: those that serve the volume."};
+              "Access modes (`cvrbench list access-modes`); all: those that serve the "
+              "volume and draw exact images."};
   made.read = [names](const YamlValue& value, const std::string&) -> RenderValues {
     if (value.is_scalar() && value.text() == "all")
       return [](volumes::VolumeKind kind) { return set_access(access_modes(kind)); };
@@ -380,6 +383,20 @@ std::vector<RenderOption> make_options() {
               .sentence = "1 draws the path once more by kernels that count.",
               .row_facts = R"({"description": "false: no counters of the path; absent: true"})",
               .in_every_row = false}),
+      option(
+          &C::ao_roulette, zero_or_one(),
+          {.key = "ao_roulette",
+           .name = "ao_roulette",
+           .prefix = "roulette=",
+           .later = true,
+           .label = "ao_roulette",
+           .axis = 8,
+           .what = "zeros and ones",
+           .fallback = "the scene's own",
+           .sentence = "1 casts rays of ambient occlusion by Russian roulette (gpu/IMAGE.md), as "
+                       "the authors of the CSGV-R paper do.",
+           .row_facts = R"({"description": "absent: false"})",
+           .in_every_row = false}),
       carried_in_rows(&C::device, "device",
                       R"({"description": "as asked for; empty: the renderer's choice"})"),
   };
@@ -418,6 +435,15 @@ bool is_render_label(std::string_view name) {
   return std::ranges::any_of(render_options(), [&](const RenderOption& option) {
     return !option.label.empty() && option.label == name;
   });
+}
+
+RenderBlock RenderBlock::with(const RenderBlock& other) const {
+  RenderBlock all = *this;
+  for (const Given& given : other.given_) {
+    std::erase_if(all.given_, [&](const Given& one) { return one.option == given.option; });
+    all.given_.push_back(given);
+  }
+  return all;
 }
 
 void RenderBlock::check(const YamlValue& block, bool renders) const {
@@ -460,7 +486,10 @@ std::vector<RenderChoice> RenderBlock::choices(const codecs::Parameters& paramet
       if (given.option->axis == 0) given.values(kind).front()(choice);
     }
     if (!gpu::find_cache(choice.access)->sized) choice.cache_mib = 0;
-    if (choice.shading != gpu::Shading::kAo) choice.ao_samples = 1;
+    if (choice.shading != gpu::Shading::kAo) {
+      choice.ao_samples = 1;
+      choice.ao_roulette = false;
+    }
     if (own_brick != parameters.values().end())
       choice.brick = static_cast<std::uint32_t>(std::stoul(own_brick->second));
     choice.device = device;

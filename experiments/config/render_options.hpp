@@ -54,6 +54,8 @@ class RenderBlock {
   void give(const RenderOption& option, RenderValues values) {
     given_.push_back({&option, std::move(values)});
   }
+  /// The same, but for the options that `other` has.
+  RenderBlock with(const RenderBlock& other) const;
   /// After all keys: with the render stage the required keys must be there, without it no key may
   /// be. Throws InputError.
   void check(const YamlValue& block, bool renders) const;

@@ -234,6 +234,9 @@ std::vector<Key<SceneDraft>> scene_keys() {
       scene_key("ambient", &S::ambient, real_number(0, 1), "0.35", "Light from everywhere."),
       scene_key("ao_distance", &S::ao_distance, real_number(1e-6, kFarthest), "0.1",
                 "Length of ambient occlusion rays in parts of the volume's longest side."),
+      scene_key("ao_roulette", &S::ao_roulette, zero_or_one(), "0",
+                "1 casts rays of ambient occlusion by Russian roulette: with the probability of "
+                "the surface's largest colour component, and each counts for as many more."),
       scene_key("lod_bias", &S::lod_bias, real_number(-32, 32), "0",
                 "Added to each level of detail; positive is coarser."),
       scene_key("accumulate", &S::accumulate, whole_number(1, 1000000), "1",

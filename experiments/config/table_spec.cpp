@@ -100,7 +100,10 @@ std::vector<Key<PublishedPlace>> published_place_keys(const std::string& config_
                        "Figures of a publication: NAME of results/published/NAME.yaml, or the path "
                        "of such a file (.yaml) from this one.")),
           required(key("table", &PublishedPlace::table, one_text("a name"), "",
-                       "Name of a table in it."))};
+                       "Name of a table in it.")),
+          key("scaled", &PublishedPlace::scaled, list_of(one_text("a parameter"), "parameters"), "",
+              "Parameters of codecs that the cells have scaled with their volume, for instance "
+              "brick: figures stand beside them whatever value they name.")};
 }
 
 std::vector<Key<Pivot>> pivot_keys(MetricNames metrics) {

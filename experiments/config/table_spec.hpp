@@ -15,6 +15,7 @@ namespace cvr::experiments {
 /// A table of a file of published figures.
 struct PublishedPlace {
   std::string file, table;
+  std::vector<std::string> scaled;  ///< parameters of codecs that need not agree
 };
 
 /// Spreads one metric over columns.

@@ -118,6 +118,7 @@ FieldTable<Result> table_of() {
       .all_of<Parts>()
       .optional("interleave_group", &S::interleave_group,
                 "with how many cells the rounds alternated, and whether memory cut the group")
+      .optional("processes", &S::processes, "worker processes that made the rounds; absent: one")
       .optional("elapsed_seconds", &S::elapsed_seconds, "check and rounds");
 }
 

@@ -261,6 +261,7 @@ struct Result : Parts {
   std::optional<Row> render;  ///< what config/render_options.cpp describes
   Provenance provenance;
   std::optional<std::string> interleave_group;
+  Count processes;
   Figure elapsed_seconds;
 
   bool is_ok() const { return status == "ok"; }

@@ -41,6 +41,7 @@ struct Side {
   Measured measured;
   double busy_seconds = 0;  ///< in rounds
   double check_seconds = 0;
+  std::size_t processes = 1, rounds_of_process = 0;
   std::size_t left_out = 0;      ///< rounds of the journal beyond the largest number
   std::uint64_t peak_bytes = 0;  ///< of the rounds, as the worker tells; 0: it does not
 };
@@ -108,9 +109,11 @@ class Runner {
   /// What rounds have in common that may be put together: machine and build, and what the
   /// configuration asks of a round.
   std::string origin() const {
-    const std::string text =
+    std::string text =
         fmt::format("{} seed {} lods {} memory {}", what_times_depend_on(provenance_), config_.seed,
                     fmt::join(config_.lods, ","), config_.memory_limit_gib);
+    if (config_.rounds_per_process != Config{}.rounds_per_process)
+      text += fmt::format(" a process for {}", config_.rounds_per_process);
     return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
   }
 
@@ -290,22 +293,41 @@ class Runner {
   bool check_all(Active& one) {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       const WorkerSpec spec = make_spec(config_, *one.planned, copy_, *outputs_[i].folder);
-      const WorkerLimits limits = limits_of(config_, spec);
-      const std::string& program = options_.contenders[i].program;
-      Side& side = one.sides.emplace_back(
-          Side{i, std::make_unique<WorkerProcess>(program, limits), limits, {}, {}});
+      Side& side = one.sides.emplace_back(Side{i, nullptr, limits_of(config_, spec), {}, {}});
       const double start = now_seconds();
-      Row message;
-      const auto outcome = ask(side, to_json_line(spec), message);
+      if (!begin_worker(one, side, spec, "the check")) return false;
       side.check_seconds = now_seconds() - start;
-      if (outcome != WorkerProcess::Wait::kMessage || message["event"] != "ready" ||
-          !message.contains("parts") || !message["parts"].is_object()) {
-        end_badly(one, side, outcome, message, "the check");
-        return false;
-      }
-      side.parts = message["parts"];
     }
     recall_rounds(*one.planned, one.sides.front());
+    return true;
+  }
+
+  /// A worker that is ready for rounds; the first one's parts are kept. False when it failed, and the
+  /// cell has ended with it.
+  bool begin_worker(Active& one, Side& side, const WorkerSpec& spec, const std::string& what) {
+    side.worker =
+        std::make_unique<WorkerProcess>(options_.contenders[side.contender].program, side.limits);
+    side.rounds_of_process = 0;
+    Row message;
+    const auto outcome = ask(side, to_json_line(spec), message);
+    if (outcome != WorkerProcess::Wait::kMessage || message["event"] != "ready" ||
+        !message.contains("parts") || !message["parts"].is_object()) {
+      end_badly(one, side, outcome, message, what);
+      return false;
+    }
+    if (!spec.checked) side.parts = message["parts"];
+    return true;
+  }
+
+  /// Another process in place of one that has made its rounds.
+  bool replace_worker(Active& one, Side& side) {
+    side.worker->send("stop\n");
+    side.worker->finish(kGrace);
+    WorkerSpec spec = make_spec(config_, *one.planned, copy_, *outputs_[side.contender].folder);
+    spec.checked = true;
+    if (!begin_worker(one, side, spec, fmt::format("the start of process {}", side.processes + 1)))
+      return false;
+    ++side.processes;
     return true;
   }
 
@@ -353,6 +375,9 @@ class Runner {
     // A cell that has all its rounds from the journal makes one for the record of its memory, and
     // no time comes of it.
     const bool counts = one.sides.size() > 1 || reason_to_stop(side).empty();
+    if (side.rounds_of_process >= config_.rounds_per_process && !replace_worker(one, side))
+      return false;
+    ++side.rounds_of_process;
     const double start = now_seconds();
     Row message;
     auto outcome = ask(side, "round\n", message);
@@ -415,6 +440,7 @@ class Runner {
       result.memory->peak_bytes = peak;
       result.memory->peak_over_input = peak > input ? peak - input : 0;
       result.interleave_group = group_text_;
+      if (side.processes > 1) result.processes = side.processes;
       result.elapsed_seconds = side.check_seconds + side.busy_seconds;
       return result;
     } catch (const std::exception& error) {  // parts or series that are none

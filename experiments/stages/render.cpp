@@ -55,6 +55,10 @@ class RenderRun final : public StageRun {
                              : make_scalar_subject(setting, *decoder);
     renderer_ = subject->make_renderer();
     Parts parts;
+    if (spec_.checked) {
+      setting.show_scene(*renderer_);
+      return parts;
+    }
     parts.device = describe_device(*device_);
     subject->check_encoding(bytes.bytes(), parts);
     parts.size = describe_size(file, bytes.size(), spec_.bytes_per_voxel);

@@ -2,7 +2,7 @@
 //
 // Checked at three cameras of the path: once settled, labels and colours must be exactly those of
 // the codec `raw` without a cache on this device, and the labels those of the reference in double
-// precision but for near-ties (gpu/IMAGE.md), of which there may be one, and one more in every 10^5
+// precision but for near-ties (gpu/IMAGE.md), of which there may be one, and one more in every 10^4
 // pixels. Colours may differ from the reference's in one pixel of 10^4. What is counted (cells read
 // and decoded, words touched) comes from a second renderer, whose kernels count; the timed one does
 // not.
@@ -15,6 +15,7 @@
 #include "experiments/stages/render_errors.hpp"
 #include "experiments/stages/render_subject.hpp"
 #include "experiments/stages/render_truth.hpp"
+#include "gpu/caches/cache.hpp"
 #include "gpu/renderer.hpp"
 
 namespace cvr::experiments {
@@ -53,7 +54,7 @@ class LabelSubject final : public RenderSubject {
       compare_image(renderer, shot, errors);
     }
     if (choice_.warm_frames > 0) check_fixed(renderer, errors, parts);
-    require_label_images(errors);
+    if (traits().exact) require_label_images(errors);
     Parts::Verification& verification = *parts.verification;
     verification.pixels_compared = errors.pixels;
     verification.label_mismatches = errors.labels - errors.near_ties;
@@ -73,6 +74,8 @@ class LabelSubject final : public RenderSubject {
   }
 
  private:
+  const gpu::CacheTraits& traits() const { return *gpu::find_cache(choice_.access); }
+
   std::unique_ptr<gpu::FrameRenderer> make(bool instrumented) const {
     return checked(gpu::Renderer::make(setting_.device, encoding_, setting_.truth.info(),
                                        setting_.options(instrumented)));
@@ -81,7 +84,8 @@ class LabelSubject final : public RenderSubject {
   /// The image that the renderer holds.
   void compare_image(const gpu::FrameRenderer& renderer, const Shot& shot, ImageErrors& errors) {
     const gpu::Image image = renderer.read_image();
-    const std::optional<gpu::Image> raw = truth_.raw(shot);
+    const std::optional<gpu::Image> raw =
+        traits().exact ? truth_.raw(shot) : std::optional<gpu::Image>();
     if (!raw) return errors.add(truth_.errors_of_image(shot, image));
     const gpu::ImageDifference from_raw = gpu::compare(*raw, image);
     if (!from_raw.identical()) {

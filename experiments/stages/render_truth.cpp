@@ -50,10 +50,10 @@ const gpu::ReferenceRenderer& RenderTruth::renderer() {
 
 std::string RenderTruth::file_of(const Shot& shot, const std::string& kind) const {
   const RenderChoice& choice = *spec_.render;
-  const std::string text =
-      fmt::format("{}|{}|{}|{}|{}x{}|{}|{}|{}|{}|{}", kind, spec_.location.identity,
-                  choice.scene_hash, gpu::name_of(choice.shading), choice.width, choice.height,
-                  choice.brick, shot.part, shot.samples, shot.lod_bias, choice.device);
+  const std::string text = fmt::format(
+      "{}|{}|{}|{}|{}|{}x{}|{}|{}|{}|{}|{}", kind, spec_.location.identity, choice.scene_hash,
+      gpu::name_of(choice.shading), choice.ao_roulette, choice.width, choice.height, choice.brick,
+      shot.part, shot.samples, shot.lod_bias, choice.device);
   return fmt::format("{:016x}.picture", XXH3_64bits(text.data(), text.size()));
 }
 

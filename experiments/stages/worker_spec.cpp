@@ -87,6 +87,7 @@ const std::vector<Field>& all_fields() {
       field("scratch", [](auto& s) -> auto& { return s.scratch; }),
       field("pictures", [](auto& s) -> auto& { return s.pictures; }),
       field("seed", [](auto& s) -> auto& { return s.seed; }),
+      field("checked", [](auto& s) -> auto& { return s.checked; }),
       field("lods", [](auto& s) -> auto& { return s.lods; }),
       field("render", [](auto& s) -> auto& { return s.render; }),
   };

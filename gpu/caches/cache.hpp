@@ -87,6 +87,7 @@ struct CacheTraits {
   bool sized;  ///< the cache size matters
   bool
       placeholders;  ///< a label that is not there yet is stood in for; images are exact only later
+  bool exact = true;     ///< draws the image of gpu/IMAGE.md; else its wrong pixels are counted
   bool labels = true;    ///< serves label volumes: has `make`
   bool scalars = false;  ///< serves scalar volumes: has `make_samples`
   /// Why this mode cannot serve an encoding of labels on a device; empty if it can.

@@ -8,6 +8,7 @@ namespace cvr::gpu {
 CacheTraits no_cache();
 CacheTraits voxel_cache();
 CacheTraits voxel_cache_with_empty_space();
+CacheTraits voxel_cache_of_the_paper();
 CacheTraits brick_cache();
 CacheTraits cooperative_brick_cache();
 CacheTraits cooperative_shared_brick_cache();
@@ -17,6 +18,7 @@ std::span<const CacheTraits> all_caches() {
   static const CacheTraits kCaches[] = {no_cache(),
                                         voxel_cache(),
                                         voxel_cache_with_empty_space(),
+                                        voxel_cache_of_the_paper(),
                                         brick_cache(),
                                         cooperative_brick_cache(),
                                         cooperative_shared_brick_cache(),

@@ -6,12 +6,19 @@
 
 namespace cvr::gpu {
 
+/// What a bit stands for that says that nothing is visible.
+enum class EmptySpace {
+  kNone,    ///< there are none
+  kNodes,   ///< a block of 2x2x2 voxels at levels 0 and 1, a node at coarser ones
+  kBlocks,  ///< a block of voxels, whatever the level: Algorithm 4 to the letter
+};
+
 class VoxelCache final : public Cache {
  public:
   /// The whole of setting.cache_bytes goes to the table; the empty-space bits, if any, are beside
   /// it.
   static volumes::Expected<std::unique_ptr<Cache>> make(const CacheSetting& setting,
-                                                        bool empty_space);
+                                                        EmptySpace empty_space);
 
   void extend_kernel(KernelSource& source) const override;
   void describe(FrameConstants& frame) const override;
@@ -19,15 +26,17 @@ class VoxelCache final : public Cache {
   std::vector<MemoryUse> memory() const override;
 
  private:
-  explicit VoxelCache(const CacheSetting& setting) : setting_(setting) {}
+  VoxelCache(const CacheSetting& setting, EmptySpace empty_space)
+      : setting_(setting), empty_space_(empty_space) {}
   volumes::Expected<void> make_empty_space();
 
   CacheSetting setting_;
+  EmptySpace empty_space_ = EmptySpace::kNone;
   DeviceBuffer table_, bits_;
   std::uint32_t entries_ = 0, position_bits_ = 0;
   std::uint64_t bit_words_ = 0;
-  std::vector<std::uint32_t>
-      first_word_;  ///< of the bits of levels 1, 2, ...; empty: no empty-space bits
+  std::vector<std::uint32_t> first_word_;  ///< kNodes: of the bits of levels 1, 2, ...
+  std::uint32_t block_shift_ = 1;          ///< kBlocks: log2 of a block's edge
 };
 
 /// Empty if the encoding has access to single voxels.

@@ -10,7 +10,9 @@ CacheTraits voxel_cache_with_empty_space() {
           .sized = true,
           .placeholders = false,
           .refuses = refuses_voxel_cache,
-          .make = [](const CacheSetting& setting) { return VoxelCache::make(setting, true); }};
+          .make = [](const CacheSetting& setting) {
+            return VoxelCache::make(setting, EmptySpace::kNodes);
+          }};
 }
 
 }  // namespace cvr::gpu

@@ -31,9 +31,7 @@ std::array<std::uint32_t, 3> pcg3d(std::array<std::uint32_t, 3> v) {
 }
 
 /// A direction of length 1 in world space, cosine-distributed about a normal along an axis.
-Vector3 cosine_direction(const Surface& surface, std::uint32_t px, std::uint32_t py,
-                         std::uint32_t frame) {
-  const auto random = pcg3d({px, py, frame});
+Vector3 cosine_direction(const Surface& surface, const std::array<std::uint32_t, 3>& random) {
   const double u1 = (random[0] >> 8) * 0x1p-24, u2 = (random[1] >> 8) * 0x1p-24;
   const double r = std::sqrt(u1), phi = 2 * std::numbers::pi * u2;
   Vector3 direction;
@@ -51,12 +49,17 @@ struct Frames {
 double openness(const View& view, const Surface& surface, std::uint32_t px, std::uint32_t py,
                 const Frames& frames, WorkCounter* counter) {
   const double longest = view.scene().ao_distance * world_size(view.bricks().info());
+  const bool roulette = view.scene().ao_roulette;
+  const double probability = roulette ? std::ranges::max(surface.albedo) : 1;
+  const auto of_255 = static_cast<std::uint32_t>(std::lround(255 * probability));
   double sum = 0;
   for (std::uint32_t i = 0; i < frames.count; ++i) {
-    const Vector3 direction = cosine_direction(surface, px, py, frames.first + i);
+    const auto random = pcg3d({px, py, frames.first + i});
+    if (roulette && (random[2] >> 16) * 255 >= of_255 << 16) continue;
+    const Vector3 direction = cosine_direction(surface, random);
     sum += transmittance(view, {surface.outside, direction / view.scale()}, counter, longest);
   }
-  return sum / frames.count;
+  return sum / (probability * frames.count);
 }
 
 /// The light that a surface sends back, mean over the frames.
@@ -100,7 +103,8 @@ Image draw(const View& view, const Frames& frames, unsigned threads, WorkCounter
 bool same_view(const Scene& a, const Scene& b) {
   return a.width == b.width && a.height == b.height && a.materials == b.materials &&
          a.shading == b.shading && a.light == b.light && a.ambient == b.ambient &&
-         a.ao_distance == b.ao_distance && a.lod_bias == b.lod_bias && a.background == b.background;
+         a.ao_distance == b.ao_distance && a.ao_roulette == b.ao_roulette &&
+         a.lod_bias == b.lod_bias && a.background == b.background;
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ def swept(rows: list[Row]) -> list[str]:
     """Settings of images that take several values in these rows for some access mode (what has no
     cache has 0 MiB).
     """
-    names = ("lod_bias", "cache_mib", "ao_samples", "step", "frames")
+    names = ("lod_bias", "cache_mib", "ao_samples", "ao_roulette", "step", "frames")
     modes = {row.text("render/cache") for row in rows}
     return [
         name

@@ -124,7 +124,16 @@ def settings(row: Row, left_out: set[str]) -> str:
     """Everything else that an image depends on, so that a curve never mixes two settings."""
     if row.stage != "render":
         return ""
-    names = ("scene", "shading", "size", "cache_mib", "lod_bias", "ao_samples", "step")
+    names = (
+        "scene",
+        "shading",
+        "size",
+        "cache_mib",
+        "lod_bias",
+        "ao_samples",
+        "ao_roulette",
+        "step",
+    )
     return (
         "|".join(str(row.get(f"render/{name}")) for name in names if name not in left_out)
         + "|"

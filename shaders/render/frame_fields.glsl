@@ -35,3 +35,4 @@ float ambient;
 float background[3];
 float ao_distance;       // world units
 float inverse_scale[3];  // voxels a world unit
+uint ao_roulette;        // 1: rays of ambient occlusion by Russian roulette

@@ -227,6 +227,20 @@ i64vec3 cvr_ambient_direction(uvec2 pixel, uint number, int axis, int side, out 
 }
 #endif
 
+#if CVR_SHADING == CVR_SHADING_AO
+// The largest component of a material's colour, 0 to 255.
+uint cvr_largest_component(uint rgba) {
+  return max(max(rgba & 255u, rgba >> 8 & 255u), rgba >> 16 & 255u);
+}
+
+// Whether Russian roulette lets a surface of this material cast its ray.
+bool cvr_survives(uvec2 pixel, uint number, uint rgba) {
+  uvec3 random = uvec3(pixel, number);
+  cvr_pcg3d(random.x, random.y, random.z);
+  return (random.z >> 16) * 255u < cvr_largest_component(rgba) << 16;
+}
+#endif
+
 // What it takes to go on with a pixel in another dispatch.
 struct PixelState {
   i64vec3 origin;
@@ -314,6 +328,10 @@ void cvr_draw() {
       seen = state.light.surface || state.light.transmittance < CVR_LEAST_TRANSMITTANCE
                  ? 0.0
                  : state.light.transmittance;
+#if CVR_SHADING == CVR_SHADING_AO
+      if (cvr_frame.ao_roulette != 0u)
+        seen *= 255.0 / float(cvr_largest_component(state.primary.material));
+#endif
       break;
     }
     state.primary = state.light;
@@ -334,6 +352,10 @@ void cvr_draw() {
     if (state.cosine <= 0.0) break;
     state.direction = i64vec3(cvr_frame.light[0], cvr_frame.light[1], cvr_frame.light[2]);
 #else
+    if (cvr_frame.ao_roulette != 0u && !cvr_survives(pixel, uint(sum.w), state.primary.material)) {
+      seen = 0.0;
+      break;
+    }
     state.direction = cvr_ambient_direction(pixel, uint(sum.w), axis, side, state.reach);
 #endif
     state.origin = point;

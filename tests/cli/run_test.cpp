@@ -96,6 +96,22 @@ TEST_F(Run, MeasuresChecksAndPrintsTables) {
   EXPECT_EQ(program_.read("o/codecs.json"), program_.run("list codecs --json").out);
 }
 
+TEST_F(Run, RoundsCanBeSpreadOverProcesses) {
+  const std::string command =
+      "run c.yaml --out o --only codec=csgvr-sb --only codec=zstd "
+      "--only stage=encode --only stage=decode";
+  ASSERT_EQ(program_.run(command + " --set rounds_per_process=2").exit_code, 0);
+  for (const json& row : rows()) {
+    EXPECT_EQ(row["status"], "ok") << row;
+    EXPECT_EQ(row["time"]["seconds"]["samples"].size(), 3u);
+    EXPECT_EQ(row["processes"], 2);
+    EXPECT_GT(row["memory"]["peak_bytes"].get<double>(), 1e5);
+  }
+  ASSERT_EQ(program_.run("run c.yaml --out p --only codec=zstd --only stage=encode").exit_code, 0);
+  EXPECT_FALSE(rows("p").front().contains("processes"));
+  EXPECT_EQ(rows("p").front()["cell"], by_key()["zstd encode"]["cell"]);
+}
+
 constexpr const char* kClaims = R"(claims:
   - name: smaller
     says: "zstd is smaller than the voxels"

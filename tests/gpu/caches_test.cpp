@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "tests/gpu/drawing.hpp"
 
@@ -173,6 +174,51 @@ TEST(Caches, EmptySpaceBitsSpareDecoding) {
   }
   EXPECT_GT(skips, 1000u);
   EXPECT_LT(entries[1], entries[0] / 2);
+}
+
+TEST(Caches, EmptySpaceAsPublishedIsWrongAtCoarseLevelsAlone) {
+  const volumes::Volume volume = generate("cells", {96, 96, 96});
+  const auto encoded = encode_for_gpu(volume, "csgvr-sb");
+  const auto wrong_after_moving = [&](const std::string& access, double lod_bias) {
+    gpu::Scene scene = opaque_scene();
+    scene.materials = {{.modulus = 4, .remainder = 1}};
+    scene.lod_bias = lod_bias;
+    auto renderer =
+        gpu::Renderer::make(device(), encoded->encoding, volume.info(), options(access, 32u << 20))
+            .value();
+    EXPECT_TRUE(renderer->set_scene(scene));
+    std::uint64_t wrong = 0;
+    for (const double distance : {0.3, 0.6, 1.0, 1.6, 2.5, 4.0}) {
+      renderer->render(corner_view(distance));
+      const gpu::Image truth =
+          draw(*encoded, volume.info(), scene, corner_view(distance), options("none", 0));
+      wrong += gpu::compare(truth, renderer->read_image()).labels;
+    }
+    return wrong;
+  };
+  EXPECT_EQ(wrong_after_moving("voxel-es", 0), 0u);
+  EXPECT_EQ(wrong_after_moving("voxel-es-paper", -32), 0u);
+  EXPECT_GT(wrong_after_moving("voxel-es-paper", 0), 0u);
+}
+
+TEST(Caches, EmptySpaceAsPublishedDecodesWholeBlocks) {
+  const volumes::Volume volume = generate("fibers", {96, 96, 96});
+  const auto encoded = encode_for_gpu(volume, "csgvr");
+  std::map<std::string, std::uint64_t> decoded;
+  for (const std::string access : {"voxel-es", "voxel-es-paper"}) {
+    auto renderer = gpu::Renderer::make(device(), encoded->encoding, volume.info(),
+                                        options(access, 32u << 20, true))
+                        .value();
+    gpu::Scene scene = opaque_scene();
+    scene.materials = {{.first = 1, .last = 9}};
+    ASSERT_TRUE(renderer->set_scene(scene));
+    renderer->render(corner_view());
+    const gpu::Counters counters = renderer->read_counters();
+    decoded[access] = counter(counters, "cells_decoded");
+    EXPECT_GT(counter(counters, "empty_space_marks"), 100u);
+    EXPECT_EQ(counter(counters, "wrong_labels"), 0u);
+  }
+  EXPECT_GT(decoded["voxel-es-paper"], decoded["voxel-es"]);
 }
 
 TEST(Caches, MemoryIsAccountedFor) {

@@ -113,6 +113,33 @@ TEST(PicturesOfManyVoxels, OfEachKindEqualTheReference) {
   }
 }
 
+TEST(PicturesOfManyVoxels, RaysByRouletteAreThoseOfTheReference) {
+  const volumes::Volume volume = generate("neurites", {60, 49, 71});
+  const gpu::ReferenceRenderer reference(volume, 32, 2);
+  gpu::Scene scene = test_scene(gpu::Shading::kAo);
+  scene.width = 160;
+  scene.height = 90;
+  scene.ao_roulette = true;
+  const auto encoded = encode_for_gpu(volume, "csgvr-sb");
+  const gpu::Camera camera = corner_view(1.3);
+  const gpu::Image truth = reference.render(scene, camera, 0, 3);
+  scene.ao_roulette = false;
+  EXPECT_GT(gpu::compare(truth, reference.render(scene, camera, 0, 3)).mse, 0);
+  scene.ao_roulette = true;
+  for (const std::string access : {"none", "voxel-es", "brick-coop"}) {
+    const gpu::Image image = draw(*encoded, volume.info(), scene, camera,
+                                  {.access = access,
+                                   .shading = gpu::Shading::kAo,
+                                   .width = scene.width,
+                                   .height = scene.height},
+                                  3);
+    const gpu::LabelCheck labels = gpu::check_labels(reference, scene, camera, truth, image);
+    EXPECT_EQ(labels.differing, labels.near_ties) << access;
+    const gpu::ImageDifference difference = gpu::compare(truth, image);
+    EXPECT_TRUE(difference.mse == 0 || difference.psnr > 60) << access << difference.psnr << " dB";
+  }
+}
+
 TEST(PicturesOfManyVoxels, BricksOf64AreDecodedInParts) {
   const volumes::Volume volume = generate("cells", {130, 70, 66});
   const gpu::ReferenceRenderer reference(volume, 64, 2);

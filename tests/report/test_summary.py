@@ -109,6 +109,12 @@ class Answers(unittest.TestCase):
         ]
         self.assertIsNone(finding(rows, "access mode"))
 
+    def test_modes_that_draw_wrong_pixels_are_not_compared(self):
+        wrong = samples.drawn("a", "c", "voxel-es-paper", 1.0)
+        wrong["verification"]["label_mismatches"] = 3
+        rows = [samples.drawn("a", "c", "none", 5.0), samples.drawn("a", "c", "voxel", 2.0), wrong]
+        self.assertTrue(finding(rows, "access mode").headline.startswith("fixed view: voxel;"))
+
     def test_lossy_codecs_by_their_front(self):
         found = finding(samples.whole(), "lossy codec, and")
         self.assertIn("lossy 1.60 to 3.20 bits/voxel, 30.0 to 36.0 dB", " ".join(found.answer))

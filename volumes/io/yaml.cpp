@@ -23,6 +23,55 @@ YamlValue YamlValue::from_text(const std::string& text, const std::string& docum
   return YamlValue(load_yaml(text, document), document);
 }
 
+namespace {
+
+YAML::Node without_marks(const YAML::Node& node) {
+  YAML::Node copy;
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      copy = YAML::Node(node.Scalar());
+      copy.SetTag(node.Tag());
+      break;
+    case YAML::NodeType::Sequence:
+      copy = YAML::Node(YAML::NodeType::Sequence);
+      for (const YAML::Node& element : node) copy.push_back(without_marks(element));
+      break;
+    case YAML::NodeType::Map:
+      copy = YAML::Node(YAML::NodeType::Map);
+      for (const auto& entry : node)
+        copy.force_insert(without_marks(entry.first), without_marks(entry.second));
+      break;
+    default:
+      break;
+  }
+  return copy;
+}
+
+}  // namespace
+
+std::optional<YamlValue> YamlValue::find(const std::string& key) const {
+  if (!node_.IsMap()) return std::nullopt;
+  const YAML::Node found = node_[key];
+  return found.IsDefined() ? std::optional(YamlValue(found, document_)) : std::nullopt;
+}
+
+void YamlValue::become(const YamlValue& value) const {
+  YAML::Node node = node_;
+  node = value.node_;
+}
+
+void YamlValue::put(const std::string& key, const YamlValue& value) const {
+  YAML::Node node = node_;
+  node[key] = value.node_;
+}
+
+void YamlValue::remove(const std::string& key) const {
+  YAML::Node node = node_;
+  node.remove(key);
+}
+
+YamlValue YamlValue::without_places() const { return YamlValue(without_marks(node_), document_); }
+
 std::string YamlValue::place() const { return yaml_place(document_, node_.Mark()); }
 
 namespace {

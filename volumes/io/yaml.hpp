@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,6 +47,20 @@ class YamlValue {
   std::vector<YamlValue> list_or_one(std::string_view what) const;
   /// Key and value in the order of the file. Repeated keys are an error; an empty map is allowed.
   std::vector<std::pair<YamlValue, YamlValue>> entries() const;
+
+  /// The value of a key of this map; none where it has no such key.
+  std::optional<YamlValue> find(const std::string& key) const;
+
+  // Changes of the document, which every YamlValue of it sees.
+
+  /// Another value in place of this one.
+  void become(const YamlValue& value) const;
+  /// A value under a key of this map, new or in place of the one that is there.
+  void put(const std::string& key, const YamlValue& value) const;
+  /// This map without a key, if it is there.
+  void remove(const std::string& key) const;
+  /// A copy whose values have no line and column: errors name the document that they are put into.
+  YamlValue without_places() const;
 
   struct Field {
     std::string key;

@@ -182,6 +182,7 @@ shading: shadow
 light: [0, 2, 0]
 ambient: 0.1
 ao_distance: 0.3
+ao_roulette: 1
 lod_bias: -1.5
 accumulate: 4
 background: [1, 2, 3]
@@ -201,6 +202,7 @@ background: [1, 2, 3]
   EXPECT_EQ(scene.light, (Vector3{0, 2, 0}));
   EXPECT_EQ(scene.ambient, 0.1);
   EXPECT_EQ(scene.ao_distance, 0.3);
+  EXPECT_TRUE(scene.ao_roulette);
   EXPECT_EQ(scene.lod_bias, -1.5);
   EXPECT_EQ(scene.accumulate, 4u);
   EXPECT_EQ(scene.background, (std::array<std::uint8_t, 3>{1, 2, 3}));

@@ -52,6 +52,11 @@ class ConfigTest : public testing::Test {
     }
     return "no error";
   }
+  void write_scene() {
+    folder_.write("s.yaml",
+                  "title: S\nkeys: [{eye: [0, 0, 2]}]\nframes: 5\nsize: [80, 60]\nmaterials: "
+                  "[{labels: all}]\n");
+  }
   ScratchFolder folder_;
 };
 
@@ -179,6 +184,69 @@ TEST_F(ConfigTest, SettingsWinAndAreChecked) {
   EXPECT_THAT(error(kGood, {"rouns=3"}), EndsWith("found 'rouns' (did you mean 'rounds'?)"));
   EXPECT_EQ(error(kGood, {"rounds=x"}),
             "--set rounds:1:1: expected an integer in 1..100000, found 'x'");
+}
+
+TEST_F(ConfigTest, SettingsReachKeysOfBlocks) {
+  const std::string two = R"(matrix:
+  - {datasets: [blob], codecs: [raw, {id: csgvr, parameters: {brick: 32}}], stages: [encode]}
+  - datasets: [blob]
+    codecs: [{id: csgvr, frames: 9}]
+    stages: [render]
+    scenes: [s.yaml]
+    access_modes: [none]
+    per_dataset: {blob: {size: [8, 8]}}
+)";
+  write_scene();
+  const auto image = [](const Config& config) { return *config.cells.back().render; };
+  EXPECT_EQ(image(load(two)).frames, 9u);
+  EXPECT_EQ(image(load(two)).width, 8u);
+  EXPECT_EQ(image(load(two, {"frames=7"})).frames, 7u);
+  EXPECT_EQ(image(load(two, {"size=20,10"})).width, 20u);
+  EXPECT_EQ(image(load(two, {"matrix.1.size=20,10"})).width, 8u) << "the data set's own wins";
+  EXPECT_EQ(image(load(two, {"matrix.1.per_dataset.blob.size=[20,10]"})).height, 10u);
+  EXPECT_EQ(load(two, {"matrix.0.codecs.1.parameters.brick=64"}).cells[2].changes(), "brick=64");
+  EXPECT_EQ(load(two, {"threads=1,2"}).cells.size(), load(two).cells.size() + 3);
+  EXPECT_NE(load(two, {"frames=7"}).hash, load(two).hash);
+
+  EXPECT_THAT(error(two, {"matrix.2.size=1,1"}),
+              EndsWith("c.yaml:2:3: expected a place of the list, 0..1, or *, found '2'"));
+  EXPECT_THAT(error(two, {"matrix.0.codes.1=raw"}),
+              EndsWith("expected a key that is there, found 'codes'"));
+  EXPECT_THAT(error(two, {"title.x=1"}), HasSubstr("expected a key that is there, found 'title'"));
+  EXPECT_EQ(error(two, {"size=20"}),
+            "c.yaml: expected a list of two sides [WIDTH, HEIGHT], found '20'");
+  EXPECT_THAT(error(two, {"matrix.*.size=20,10"}),
+              HasSubstr("expected the stage render beside the key size"));
+  EXPECT_THAT(error(kGood, {"frames=3"}), HasSubstr("expected a block with the stage render"));
+  EXPECT_THAT(error(two, {"sizes=3"}), HasSubstr("did you mean 'size'?"));
+}
+
+TEST_F(ConfigTest, CodecsAndDataSetsOfABlockHaveOptionsOfTheirOwn) {
+  write_scene();
+  const Config config = load(R"(matrix:
+  - datasets: [blob, {generator: cells, extent: [9, 9, 9], name: other}]
+    codecs:
+      - {id: csgvr, parameters: {brick: 32}, access_modes: [none, voxel]}
+      - {id: csgv-rans, parameters: {brick: 64}, access_modes: [brick], datasets: [other], cache_mib: 5}
+    stages: [render]
+    scenes: [s.yaml]
+    frames: 2
+    per_dataset: {other: {frames: 3, cache_mib: 4}}
+)");
+  std::vector<std::string> cells;
+  for (const Cell& cell : config.cells)
+    cells.push_back(fmt::format("{} {} {} {} {}", cell.dataset->name, cell.codec,
+                                cell.render->access, cell.render->frames, cell.render->cache_mib));
+  EXPECT_THAT(cells,
+              ElementsAre("blob csgvr none 2 0", "blob csgvr voxel 2 256", "other csgvr none 3 0",
+                          "other csgvr voxel 3 4", "other csgv-rans brick 3 5"));
+  const std::string block =
+      "matrix:\n  - datasets: [blob]\n    codecs: [{id: csgvr, datasets: [blub]}]\n    stages: "
+      "[encode]\n";
+  EXPECT_THAT(error(block), HasSubstr("found 'blub' (did you mean 'blob'?)"));
+  EXPECT_THAT(error("matrix:\n  - datasets: [blob]\n    codecs: [raw]\n    stages: [render]\n    "
+                    "per_dataset: {blob: {scenes: [s.yaml]}}\n"),
+              HasSubstr("expected the key access_modes, which the stage render needs"));
 }
 
 TEST_F(ConfigTest, GeneratedVolumesAreDescribedInPlace) {

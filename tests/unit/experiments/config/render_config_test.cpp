@@ -118,6 +118,7 @@ TEST_F(RenderConfig, AllMeansTheAccessModesThatServeTheVolume) {
   };
   std::set<std::string> labels, scalars;
   for (const gpu::CacheTraits& cache : gpu::all_caches()) {
+    if (!cache.exact) continue;
     if (cache.labels) labels.emplace(cache.id);
     if (cache.scalars) scalars.emplace(cache.id);
   }
@@ -191,6 +192,7 @@ TEST_F(RenderConfig, EveryChoiceMakesAnotherCellAndTheDeviceAnotherMeasurement) 
       [](RenderChoice& c) { c.jump_frames = 2; },
       [](RenderChoice& c) { c.image_error = true; },
       [](RenderChoice& c) { c.path_parts = 2; },
+      [](RenderChoice& c) { c.ao_roulette = true; },
       [](RenderChoice& c) { c.count_path = false; },
       [](RenderChoice& c) { c.warm_frames = 2; },
       [](RenderChoice& c) { c.keep_images = true; },

@@ -194,6 +194,37 @@ TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
   EXPECT_LT(renderer.render(scene, camera, 0, 2000).colour[0], 1);
 }
 
+TEST(Shading, RouletteKeepsTheMeanAndCastsFewerRays) {
+  const auto volume = make_volume({64, 33, 64}, [](auto x, auto y, auto z) {
+    return y == 0 || (x >= 24 && x < 40 && z >= 24 && z < 40 && y <= 16);
+  });
+  const ReferenceRenderer renderer(volume, 16, 2);
+  Scene scene = plain_scene();
+  scene.shading = Shading::kAo;
+  scene.light = {0, 1, 0};
+  scene.ao_distance = 2;
+  scene.ao_roulette = true;
+  scene.materials = {{.first = 1, .last = 1, .colour = {{51, 153, 102}}}};
+  const double probability = 0.6,
+               open = 1 - hidden_by_wall(16, 4.5, 6.5) - hidden_by_wall(16, 11.5, 6.5);
+  const Vector3 place{46.5, 1, 28.5};
+  const Camera camera = look(volume.info(), {place[0], 30, place[2]}, place, {0, 0, 1});
+  constexpr std::uint32_t kFrames = 20000;
+  const Image mean = renderer.render(scene, camera, 0, kFrames);
+  const double sigma = std::sqrt(open / probability * (1 - open * probability) / kFrames);
+  EXPECT_NEAR(mean.colour[0], 0.2 * open, 4 * 0.2 * sigma);
+  EXPECT_NEAR(mean.colour[1], 0.6 * open, 4 * 0.6 * sigma);
+  std::uint32_t dark = 0;  // frames without a ray, or whose ray is hidden
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const float red = renderer.render(scene, camera, i).colour[0];
+    if (red == 0)
+      ++dark;
+    else
+      EXPECT_FLOAT_EQ(red, 0.2f / 0.6f);
+  }
+  EXPECT_NEAR(dark / 1000.0, 1 - probability * open, 0.07);
+}
+
 TEST(Shading, FramesAreTheMeanOfSingleFrames) {
   const auto volume = make_volume(
       {24, 20, 22}, [](auto x, auto y, auto z) { return (x * 7 + y * 5 + z * 3) % 11 < 3; });
