@@ -73,8 +73,8 @@ class Walk {
   }
   [[noreturn]] void refuse(const YamlValue& at, const std::string& what,
                            const std::string& step) const {
-    throw InputError(fmt::format("--set {}: at {}: expected {}, found '{}'", setting_, at.place(),
-                                 what, step));
+    throw InputError(
+        fmt::format("--set {}: at {}: expected {}, found '{}'", setting_, at.place(), what, step));
   }
 
   const std::string& setting_;
