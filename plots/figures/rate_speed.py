@@ -5,7 +5,7 @@ from __future__ import annotations
 import look
 from estimates import Estimate, rate, speed
 from figures.figure import Figure, Panel, file_name, groups, of_stage
-from figures.scatter import Point, draw_points, name_points
+from figures.scatter import Point, draw_points, name_points, tell_apart
 from rows import Row, codec_label, varying_parameters
 
 
@@ -27,6 +27,7 @@ def draw(rows: list[Row]) -> list[Panel]:
             for row in found
         ]
         drawing, (axis,) = look.new_panel()
+        tell_apart(points)
         draw_points(axis, points)
         axis.set_xlabel("file size, % of the original")
         axis.set_ylabel(f"{stage}, Mvoxel/s")

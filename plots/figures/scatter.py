@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
@@ -30,6 +31,24 @@ class Curve:
     line: str
     points: list[tuple[Estimate, Estimate | None]]
     fill: str = "full"
+
+
+def by_numbers(text: str) -> list[tuple[int, str]]:
+    """Orders brick=8 before brick=16."""
+    return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", text)]
+
+
+def tell_apart(points: list[Point]) -> None:
+    """Sorts points by their labels, and tells settings of one codec by how their markers are filled:
+    where labels find no room beside the points, colour and marker alone do not say which is which.
+    """
+    points.sort(key=lambda point: by_numbers(point.label))
+    settings: dict[tuple[str, str], list[str]] = {}
+    for point in points:
+        labels = settings.setdefault((point.colour, point.marker), [])
+        if point.label not in labels:
+            labels.append(point.label)
+        point.fill = look.FILLS[labels.index(point.label) % len(look.FILLS)]
 
 
 def draw_points(axis: Axes, points: list[Point]) -> None:
