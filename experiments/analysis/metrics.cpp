@@ -229,12 +229,6 @@ Reading gpu_bits(const LineContext& line) {
   return value ? reading_of(*value, 4) : "";
 }
 
-Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::*figure,
-                          int digits) {
-  if (line.published == nullptr || !(line.published->*figure)) return "";
-  return reading_of(*(line.published->*figure), digits);
-}
-
 Reading ratio_to_published(const LineContext& line) {
   if (line.published == nullptr || !line.published->rate || *line.published->rate == 0) return "";
   for (const auto& [stage, row] : line.rows) {
@@ -418,6 +412,12 @@ std::span<const Metric> voxel_metrics() {
 }
 
 }  // namespace
+
+Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::*figure,
+                          int digits) {
+  if (line.published == nullptr || !(line.published->*figure)) return "";
+  return reading_of(*(line.published->*figure), digits);
+}
 
 std::optional<RatePoint> rate_point(const LineContext& line) {
   const Result* row = line.pseudo ? nullptr : verified_row(line);

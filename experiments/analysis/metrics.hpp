@@ -36,6 +36,10 @@ struct Metric {
   bool of_publication = false;  ///< whether it reads what a publication states
 };
 
+/// What the publication states; empty where it states nothing of the line.
+Reading published_reading(const LineContext& line, std::optional<double> PublishedFigure::*figure,
+                          int digits);
+
 /// Bits a voxel and PSNR of the line, infinity where it is exact; none where no stage that is ok
 /// knows both.
 std::optional<RatePoint> rate_point(const LineContext& line);

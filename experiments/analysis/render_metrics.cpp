@@ -27,13 +27,6 @@ constexpr ReadFigure of_verification = figure<&Result::verification, Member>;
 template <auto Member>
 constexpr ReadFigure of_picture_error = figure<&Result::picture_error, Member>;
 
-Reading published_ms(const LineContext& line, std::optional<double> PublishedFigure::*figure,
-                     int digits) {
-  if (line.published == nullptr || !(line.published->*figure)) return "";
-  const double ms = *(line.published->*figure);
-  return {fmt::format("{:.{}f}", ms, digits), ms};
-}
-
 /// The row of the render stage through `read`; its status where it is not ok.
 Reading from_render(L line, const std::function<Reading(const Result&)>& read) {
   const Result* row = line.rows.find(kRender);
@@ -121,13 +114,14 @@ Reading path_and_held(L line) {
 }
 
 /// What the caches of a cell are put under, by its choice and the extent of its volume.
-Reading of_regime(L line, double (*figure)(const RenderChoice&, const volumes::Extent&)) {
+Reading of_regime(L line, double (*figure)(const RenderChoice&, const volumes::Extent&),
+                  int digits) {
   return from_render(line, [&](const Result& row) -> Reading {
     if (!row.render || !row.dataset.extent) return "";
     const auto& [x, y, z] = *row.dataset.extent;
     const double value = figure(render_choice_from_row(*row.render), {x, y, z});
     if (value == 0) return "";
-    return {fmt::format("{:.4g}", value), value};
+    return {fmt::format("{:.{}f}", value, digits), value};
   });
 }
 
@@ -145,12 +139,6 @@ double voxels_per_pixel(const RenderChoice& choice, const volumes::Extent& exten
 
 double frames_per_brick(const RenderChoice& choice, const volumes::Extent& extent) {
   return choice.frames / bricks_of(choice, extent);
-}
-
-Reading published_regime(L line, std::optional<double> PublishedFigure::*figure) {
-  if (line.published == nullptr || !(line.published->*figure)) return "";
-  const double value = *(line.published->*figure);
-  return {fmt::format("{:.4g}", value), value};
 }
 
 /// A PSNR has no number where the images are equal.
@@ -253,31 +241,33 @@ std::span<const Metric> render_metrics() {
        path_and_held, false},
       {"published_frame_ms", "published ms",
        "the mean ms per frame that the publication states, on its GPU and its volume",
-       [](L l) { return published_ms(l, &PublishedFigure::frame_ms, 1); }, true, true},
+       [](L l) { return published_reading(l, &PublishedFigure::frame_ms, 1); }, true, true},
       {"logged_frame_min_ms", "logged min ms",
        "the fastest frame in a log of the publication's authors, of another run than it states",
-       [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms_min, 3); }, true, true},
+       [](L l) { return published_reading(l, &PublishedFigure::logged_frame_min_ms, 3); }, true,
+       true},
       {"logged_frame_ms", "logged ms", "the mean ms per frame of that log",
-       [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms, 3); }, true, true},
+       [](L l) { return published_reading(l, &PublishedFigure::logged_frame_ms, 3); }, true, true},
       {"logged_frame_max_ms", "logged max ms", "the slowest frame of that log",
-       [](L l) { return published_ms(l, &PublishedFigure::logged_frame_ms_max, 3); }, true, true},
-      {"bricks", "bricks", "bricks of the volume", [](L l) { return of_regime(l, bricks_of); }},
+       [](L l) { return published_reading(l, &PublishedFigure::logged_frame_max_ms, 3); }, true,
+       true},
+      {"bricks", "bricks", "bricks of the volume", [](L l) { return of_regime(l, bricks_of, 0); }},
       {"published_bricks", "published bricks", "the same of the publication's volume",
-       [](L l) { return published_regime(l, &PublishedFigure::bricks); }, true, true},
+       [](L l) { return published_reading(l, &PublishedFigure::bricks, 0); }, true, true},
       {"cache_bytes_per_voxel", "cache B/voxel",
        "bytes of the cache / voxels of the volume: 4 and more hold every label",
-       [](L l) { return of_regime(l, cache_bytes_per_voxel); }},
+       [](L l) { return of_regime(l, cache_bytes_per_voxel, 4); }},
       {"published_cache_bytes_per_voxel", "published B/voxel", "the same in the publication",
-       [](L l) { return published_regime(l, &PublishedFigure::cache_bytes_per_voxel); }, true,
+       [](L l) { return published_reading(l, &PublishedFigure::cache_bytes_per_voxel, 4); }, true,
        true},
       {"voxels_per_pixel", "voxels/px", "voxels of the volume / pixels of a frame",
-       [](L l) { return of_regime(l, voxels_per_pixel); }},
+       [](L l) { return of_regime(l, voxels_per_pixel, 0); }},
       {"published_voxels_per_pixel", "published voxels/px", "the same in the publication",
-       [](L l) { return published_regime(l, &PublishedFigure::voxels_per_pixel); }, true, true},
+       [](L l) { return published_reading(l, &PublishedFigure::voxels_per_pixel, 0); }, true, true},
       {"frames_per_brick", "frames/brick", "frames of the path / bricks of the volume",
-       [](L l) { return of_regime(l, frames_per_brick); }},
+       [](L l) { return of_regime(l, frames_per_brick, 4); }},
       {"published_frames_per_brick", "published frames/brick", "the same in the publication",
-       [](L l) { return published_regime(l, &PublishedFigure::frames_per_brick); }, true, true},
+       [](L l) { return published_reading(l, &PublishedFigure::frames_per_brick, 4); }, true, true},
       {"incomplete", "incomplete px", "most pixels of one frame that met a placeholder",
        [](L l) {
          return number(l, of_frames<&Frames::incomplete, &Parts::Incomplete::largest>, 0);

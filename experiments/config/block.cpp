@@ -236,9 +236,8 @@ std::vector<Key<Block>> block_keys(const BlockContext& context) {
                    "What is measured (`cvrbench list stages`).")),
       key("threads", &Block::threads, one_or_list(threads_shape(), "thread counts"), "[1]",
           "Threads of each cell; not of the stage render."),
-  };
-  keys.push_back(key("per_dataset", &Block::per_dataset, per_dataset_shape(context), "",
-                     "What holds for single data sets in place of the keys below."));
+      key("per_dataset", &Block::per_dataset, per_dataset_shape(context), "",
+          "What holds for single data sets in place of the keys below.")};
   append_render_keys(context, &Block::render, "", keys);
   return keys;
 }

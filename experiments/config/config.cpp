@@ -103,8 +103,10 @@ std::vector<Key<Config>> simple_keys() {
       key("max_rounds", &C::max_rounds, whole_number(1, 1000000), "3 x rounds",
           "Largest number of rounds."),
       key("rounds_per_process", &C::rounds_per_process, whole_number(1, 1000000), "all",
-          "Rounds of a cell that one worker process makes before another takes its place, which "
-          "of the check makes only what its rounds need. 1: each round is a process of its own."),
+          "Rounds of a cell that one worker process makes before another takes its place. 1: each "
+          "round is a process of its own. Images are checked by the first process alone, volumes "
+          "by "
+          "each."),
       key("target_interval", &C::target_interval, real_number(1e-6, 1e6), "0.05",
           "Width of the 95 % interval of the median over the median at which a cell is done."),
       key("timeout_s", &C::timeout_s, real_number(0.01, 1e7), "120",

@@ -20,8 +20,8 @@ struct PublishedFigure {
   /// Of its images: what the caches of a cell are put under.
   std::optional<double> bricks, cache_bytes_per_voxel, voxels_per_pixel, frames_per_brick;
   /// Of the authors' own logs.
-  std::optional<double> logged_rate, logged_bytes, logged_frame_ms, logged_frame_ms_min,
-      logged_frame_ms_max;
+  std::optional<double> logged_rate, logged_bytes, logged_frame_ms, logged_frame_min_ms,
+      logged_frame_max_ms;
 };
 
 struct PublishedTable {

@@ -24,7 +24,7 @@ struct WorkerSpec {
   std::string scratch;   ///< folder for encoded files, shared by the stages of a run; empty: none
   std::string pictures;  ///< path that kept images begin with; empty: none are kept
   std::uint64_t seed = 1;
-  bool checked = false;  ///< by a worker of before: of the check only what the rounds need is made
+  bool checked = false;                ///< images, by a worker of before: they need not be again
   std::vector<unsigned> lods;          ///< empty: all
   std::optional<RenderChoice> render;  ///< of the render stage
 };

@@ -168,15 +168,24 @@ double hidden_by_wall(double a, double b, double c) {
   return (std::atan(1 / y) - y / root * std::atan(1 / root)) / (2 * std::numbers::pi);
 }
 
-TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
-  const auto volume = make_volume({64, 33, 64}, [](auto x, auto y, auto z) {
+volumes::Volume floor_beside_a_cube() {
+  return make_volume({64, 33, 64}, [](auto x, auto y, auto z) {
     return y == 0 || (x >= 24 && x < 40 && z >= 24 && z < 40 && y <= 16);
   });
-  const ReferenceRenderer renderer(volume, 16, 2);
+}
+
+Scene lit_from_above() {
   Scene scene = plain_scene();
   scene.shading = Shading::kAo;
   scene.light = {0, 1, 0};
   scene.ao_distance = 2;
+  return scene;
+}
+
+TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
+  const volumes::Volume volume = floor_beside_a_cube();
+  const ReferenceRenderer renderer(volume, 16, 2);
+  Scene scene = lit_from_above();
   constexpr std::uint32_t kFrames = 20000;
   for (const double c : {1.5, 6.5, 20.5}) {
     const Vector3 place{40 + c, 1, 28.5};  // 4.5 and 11.5 to the ends of the wall
@@ -195,14 +204,9 @@ TEST(Shading, AmbientOcclusionOfAFloorBesideACube) {
 }
 
 TEST(Shading, RouletteKeepsTheMeanAndCastsFewerRays) {
-  const auto volume = make_volume({64, 33, 64}, [](auto x, auto y, auto z) {
-    return y == 0 || (x >= 24 && x < 40 && z >= 24 && z < 40 && y <= 16);
-  });
+  const volumes::Volume volume = floor_beside_a_cube();
   const ReferenceRenderer renderer(volume, 16, 2);
-  Scene scene = plain_scene();
-  scene.shading = Shading::kAo;
-  scene.light = {0, 1, 0};
-  scene.ao_distance = 2;
+  Scene scene = lit_from_above();
   scene.ao_roulette = true;
   scene.materials = {{.first = 1, .last = 1, .colour = {{51, 153, 102}}}};
   const double probability = 0.6,
